@@ -43,14 +43,13 @@ def connections(description):
 
 
 def with_loops_as(robot, path, writer):
-    """Save a robot with its loops in another format: ``writer`` returns an element for a loop, or None."""
+    """Save a robot with its loops in another format: ``writer`` returns elements for a loop."""
     ks.save_robot(robot, path)
     tree = ET.parse(path)
     for element in tree.getroot().findall("loop"):
         tree.getroot().remove(element)
     for loop in robot.description.loops.values():
-        if (element := writer(loop)) is not None:
-            tree.getroot().append(ET.fromstring(element))
+        tree.getroot().extend(ET.fromstring(f"<loop>{writer(loop)}</loop>"))
     tree.write(path)
 
 
@@ -90,6 +89,39 @@ def loop_closures(robot):
     driven = list(robot.description.actuated)
     lines += [f"dependent: [{', '.join(name for name in movable if name not in driven)}]", f"independent: [{', '.join(driven)}]"]
     return "\n".join(lines) + "\n"
+
+
+def closing_joints(robot):
+    """The YAML text of fusion2URDF: frames of joints with the axes of the child's link, at the joint."""
+    at, lines = frames(robot.description), ["joints:"]
+    for name, joint in robot.description.joints.items():
+        passive = str(name not in robot.description.actuated).lower()
+        lines += [f"  {name}:", f"    type: {joint.type}", f"    passive: {passive}"]
+    lines += ["closing_joints:"]
+    for loop in robot.description.loops.values():
+        joint, child = at[loop.predecessor] @ loop.predecessor_origin.matrix, at[loop.successor].copy()
+        child[:3, 3] = joint[:3, 3]
+        pose = list(map(float, ks_pose(np.linalg.solve(at[loop.predecessor], child))))
+        axis = (child[:3, :3].T @ joint[:3, :3] @ loop.axis).tolist()
+        lines += [f"  - name: {loop.name}", f"    type: {loop.type}", f"    parent: {loop.predecessor}"]
+        lines += [f"    child: {loop.successor}", f"    origin_xyz_m: {pose[:3]}", f"    origin_rpy_rad: {pose[3:]}"]
+        lines += [f"    axis: {axis}"]
+        if np.isfinite(loop.lower):
+            lines += ["    limits:", f"      lower: {loop.lower}", f"      upper: {loop.upper}", "      effort: 100.0"]
+    return "\n".join(lines) + "\n"
+
+
+def bushing(loop, stiffness):
+    """Drake's bushing between the two frames of a loop; ``stiffness``: translations, then rotations."""
+    ends = (("A", loop.predecessor, loop.predecessor_origin), ("C", loop.successor, loop.successor_origin))
+    lines = ['<drake:linear_bushing_rpy xmlns:drake="http://drake.mit.edu">']
+    lines += [f'<drake:bushing_frame{side} name="{loop.name}_{side}"/>' for side, _, _ in ends]
+    for what, numbers in (("torque", stiffness[3:]), ("force", stiffness[:3])):
+        lines.append(f'<drake:bushing_{what}_stiffness value="{words(numbers)}"/><drake:bushing_{what}_damping value="1 1 1"/>')
+    lines.append("</drake:linear_bushing_rpy>")
+    for side, link, origin in ends:
+        lines.append(f'<frame name="{loop.name}_{side}" link="{link}" xyz="{words(origin.xyz)}" rpy="{words(origin.rpy)}"/>')
+    return "".join(lines)
 
 
 def sdf(description, joint_frames="child"):

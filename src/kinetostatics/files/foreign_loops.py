@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.arguments import Keyword
-from kinetostatics.description.elements import AT_LINK, Link, Origin
+from kinetostatics.description.elements import AT_LINK, JointStiffness, Link, Origin
 from kinetostatics.description.fields import Place, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.joints import Joint, Loop, Mimic, X, Y
 from kinetostatics.exceptions import near_names
-from kinetostatics.files.element_tables import write_joint, write_link, write_loop
+from kinetostatics.files.element_tables import write_joint, write_link, write_loop, write_stiffness
 from kinetostatics.files.xml import XmlElement
 
 
@@ -29,9 +29,9 @@ class ForeignJoint:
     """A joint in the format of another tool; a type or axis that the format does not give is None.
 
     The two origins are the joint's frame on the two links that it joins; they coincide when the joint's coordinates are zero. The
-    axis is a unit vector in the predecessor's origin frame, the second axis of a universal joint in the successor's. ``limits``:
-    lower, upper, effort and velocity; ``closes``: whether it closes a loop in any case. ``note`` is a remark for the message on
-    missing information.
+    axis is a unit vector in the predecessor's origin frame, the second axis of a universal joint in the successor's. ``name``:
+    empty if the format has none; ``limits``: lower, upper, effort and velocity; ``closes``: whether it closes a loop in any case;
+    ``stiffness``: of an elastic joint, along and about x, y and z of its frame [N/m, N·m/rad].
     """
 
     name: str
@@ -42,11 +42,11 @@ class ForeignJoint:
     successor_origin: Origin
     axis: Vector | None
     place: Place
-    note: str = ""
     axis2: Vector = Y
     limits: Mapping[str, Keyword] = field(default_factory=dict)
     mimic: Mimic | None = None
     closes: bool = True
+    stiffness: tuple[float, ...] = ()
 
     def swapped(self) -> ForeignJoint:
         """Return the same joint, with the same coordinates, from the successor to the predecessor."""
@@ -55,13 +55,19 @@ class ForeignJoint:
         values |= {"predecessor": self.successor, "predecessor_origin": self.successor_origin}
         return replace(self, **values, successor=self.predecessor, successor_origin=self.predecessor_origin)
 
-    def element(self) -> XmlElement:
-        """Return the ``<loop>`` of a joint with known type and axis."""
+    def elements(self) -> list[XmlElement]:
+        """Return the ``<loop>`` of a joint with known type and axis, and its ``<joint_stiffness>``."""
         kind = JOINT_TYPES[str(self.type)]
         more: dict[str, Keyword] = {**self.limits, "axis2": self.axis2 if kind.turns is Axes.BOTH else Y}
         more |= {"predecessor_origin": self.predecessor_origin, "successor_origin": self.successor_origin}
         axis = self.axis or X
-        return write_loop(Loop(self.name, kind.name, self.predecessor, self.successor, axis=axis, **more, place=self.place))
+        loop = Loop(self.name, kind.name, self.predecessor, self.successor, axis=axis, **more, place=self.place)
+        return [write_loop(loop), *self.springs()]
+
+    def springs(self) -> list[XmlElement]:
+        """Return the ``<joint_stiffness>`` of an elastic joint."""
+        linear, angular = self.stiffness[:3], self.stiffness[3:]
+        return [write_stiffness(JointStiffness(self.name, linear, angular))] if self.stiffness else []  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -79,19 +85,22 @@ class SourceRobot:
         """The joint between a link and its parent, by the link's name, for all links except the root."""
         return {joint.child: joint for joint in self.joints.values()}
 
+    def above(self, link: str) -> list[Joint]:
+        """Return the joints between a link and the root link, in this order."""
+        joints: list[Joint] = []
+        while link in self.parent_joints:
+            joints.append(self.parent_joints[link])
+            link = joints[-1].parent
+        return joints
+
     @cached_property
     def zero_frames(self) -> dict[str, NDArray[np.float64]]:
         """The frames (4, 4) of all links, relative to the root link, with all joints at zero."""
         frames: dict[str, NDArray[np.float64]] = {}
         for link in self.links:
-            path = []
-            while link not in frames and link in self.parent_joints:
-                path.append(link)
-                link = self.parent_joints[link].parent
-            frames.setdefault(link, np.eye(4))
-            for below in reversed(path):
-                joint = self.parent_joints[below]
-                frames[below] = frames[joint.parent] @ joint.origin.matrix
+            frames[link] = np.eye(4)
+            for joint in reversed(self.above(link)):
+                frames[link] = frames[link] @ joint.origin.matrix
         return frames
 
     def origin_on(self, link: str, frame: NDArray[np.float64]) -> Origin:
@@ -126,6 +135,16 @@ def free_name(name: str, taken: Iterable[str]) -> str:
     return next(text for text in (name, *itertools.islice(numbered, 1000)) if text not in set(taken))
 
 
+def with_names(joints: Sequence[ForeignJoint], taken: Iterable[str]) -> list[ForeignJoint]:
+    """Return the joints; those without a name are called by their two links, with a number if that name is taken."""
+    names, named = {*taken, *(joint.name for joint in joints)}, list[ForeignJoint]()
+    for joint in joints:
+        name = joint.name or free_name(f"{joint.predecessor}_{joint.successor}", names)
+        names.add(name)
+        named.append(replace(joint, name=name))
+    return named
+
+
 #: Largest entry of the difference of two frames [m, 1] that is a rounding error.
 ROUNDING = 1e-14
 
@@ -133,12 +152,12 @@ ROUNDING = 1e-14
 # ---- joints of the tree ---------------------------------------------------------------------------------------------------
 
 
-def graph_elements(links: Sequence[Link], joints: Iterable[ForeignJoint], root: str) -> list[XmlElement]:
+def graph_elements(links: Sequence[Link], joints: Sequence[ForeignJoint], root: str) -> list[XmlElement]:
     """Return links, joints and loops of a graph: a joint is in the tree if it reaches a new link, else it closes a loop.
 
     Where there is a choice, joints with several freedoms close the loops, because a ``<loop>`` may have any type.
     """
-    waiting, reached = list(joints), {root}
+    waiting, reached = with_names(joints, ()), {root}
     names = {link.name for link in links} | {joint.name for joint in waiting}
     content = [write_link(link, ()) for link in links]
     while ready := [
@@ -149,7 +168,7 @@ def graph_elements(links: Sequence[Link], joints: Iterable[ForeignJoint], root: 
         joint = joint if joint.predecessor in reached else joint.swapped()
         reached.add(joint.successor)
         content += tree_elements(joint, names)
-    return [*content, *(joint.element() for joint in waiting)]
+    return [*content, *(element for joint in waiting for element in joint.elements())]
 
 
 def tree_elements(joint: ForeignJoint, taken: Iterable[str]) -> list[XmlElement]:
@@ -183,7 +202,7 @@ def tree_elements(joint: ForeignJoint, taken: Iterable[str]) -> list[XmlElement]
     if end != joint.successor:
         mount = Joint(f"{joint.name}_mount", "fixed", end, joint.successor, Origin.of(offset), place=place)
         content.append(write_joint(mount, ()))
-    return content
+    return [*content, *joint.springs()]
 
 
 def _single_freedoms(joint: ForeignJoint) -> Iterator[tuple[str, str, Vector]]:

@@ -5,7 +5,6 @@ Information comes from the source's files and from arguments; what is missing is
 
 from __future__ import annotations
 
-import math
 import os
 import shlex
 from collections.abc import Mapping, Sequence
@@ -16,12 +15,11 @@ import numpy as np
 from kinetostatics.arguments import finite_numbers
 from kinetostatics.description.fields import Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
-from kinetostatics.description.joints import X
 from kinetostatics.description.validation import tree_root
 from kinetostatics.exceptions import ArgumentError, PlatformMissingError, RobotFileError, near_names
 from kinetostatics.files import foreign_yaml
-from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot
-from kinetostatics.files.foreign_xml import MARK, read_elements
+from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, tree_elements, with_names
+from kinetostatics.files.foreign_xml import MARK, couplings, read_elements
 from kinetostatics.files.urdf import OFFERED, connected_links, plain_transmission, read_joints, read_links
 from kinetostatics.files.xml import XmlElement
 
@@ -81,18 +79,22 @@ def completed(
     if yaml is not None:
         record = foreign_yaml.read(source, yaml)
     there = {element.attributes.get("name") for element in root.named("loop")}
-    joints = [joint for joint in (*record.loops, *read_elements(source, record.frames)) if joint.name not in there]
-    if not joints:
-        if yaml is not None:
-            raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
-        if types or axes:
-            raise ArgumentError(f"types= and axes= are for loops of another tool, and {path} has none")
-        return Completed(source)
-    if record.retyped or any(source.joints[name].mimic for name in record.free):
-        changed = _source(path, foreign_yaml.with_changes(source, record.retyped, record.free))
+    found = with_names([*record.loops, *read_elements(source, record.frames)], source.joints)
+    joints = [joint for joint in found if joint.name not in there]
+    if yaml is not None and not joints:
+        raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
+    if (types or axes) and not joints:
+        raise ArgumentError(f"types= and axes= are for loops of another tool, and {path} has none")
+    mimics = {**{name: None for name in record.free if source.joints[name].mimic}, **couplings(source)}
+    if record.retyped or mimics:
+        changed = _source(path, _with_changes(source, record.retyped, mimics))
         source = replace(changed, made=frozenset(changed.links) - frozenset(source.links))
-    loops, actuated, more = _complete(source, joints, record, platform_link, types, axes, actuators)
-    return Completed(source, tuple(loop.element() for loop in loops), actuated, (*warnings, *record.warnings, *more))
+    if not joints:
+        declared = _declared(root) if root.named("loop") and not root.named("transmission") and actuators is None else ()
+        return Completed(source, actuated=declared)
+    loops, actuated = _complete(source, joints, record, platform_link, types, axes, actuators)
+    elements = tuple(element for loop in loops for element in loop.elements())
+    return Completed(source, elements, actuated, (*warnings, *record.warnings))
 
 
 def _source(path: str, root: XmlElement) -> SourceRobot:
@@ -100,6 +102,22 @@ def _source(path: str, root: XmlElement) -> SourceRobot:
     links, joints = read_links(root, warnings, []), read_joints(root, warnings)
     tree_root(links, joints)
     return SourceRobot(path, root, links, joints)
+
+
+def _with_changes(source: SourceRobot, retyped: Sequence[ForeignJoint], mimics: Mapping[str, XmlElement | None]) -> XmlElement:
+    """Return the element ``<robot>`` with the ``retyped`` joints, and with ``mimics`` (None: without) in the joints named."""
+    changes, taken = {joint.name: joint for joint in retyped}, {*source.links, *source.joints}
+    content: list[XmlElement | str] = []
+    for child in source.root.content:
+        name = child.attributes.get("name", "") if isinstance(child, XmlElement) and child.tag == "joint" else ""
+        if name in changes:
+            content += tree_elements(changes[name], taken)
+        elif isinstance(child, XmlElement) and name in mimics:
+            kept = (part for part in child.content if getattr(part, "tag", "") != "mimic")
+            content.append(replace(child, content=(*kept, *filter(None, [mimics[name]]))))
+        elif getattr(child, "tag", "") != "coupling":
+            content.append(child)
+    return replace(source.root, content=tuple(content))
 
 
 def _complete(
@@ -110,8 +128,8 @@ def _complete(
     types: Mapping[str, str] | str | None,
     axes: Mapping[str, object] | None,
     actuators: tuple[str, ...] | None,
-) -> tuple[list[ForeignJoint], tuple[str, ...], list[str]]:
-    """Return the loops with types and axes, the actuated joints without a ``<transmission>``, and warnings."""
+) -> tuple[list[ForeignJoint], tuple[str, ...]]:
+    """Return the loops with types and axes, and the actuated joints without a ``<transmission>``."""
     places, names = {joint.name: joint.place for joint in source.joints.values()}, [joint.name for joint in foreign_joints]
     for joint in foreign_joints:
         if (other := places.setdefault(joint.name, joint.place)) is not joint.place:
@@ -125,7 +143,6 @@ def _complete(
             raise ArgumentError(f"{argument} must be a dict with the loops' names as keys, not {type(given).__name__}")
         if unknown := next((name for name in given or () if name not in names), None):
             raise ArgumentError(f"{argument}: there is no loop {unknown!r}; {near_names(str(unknown), names)}")
-    warnings: list[str] = []
     missing: list[_Question] = []
     platforms = [link for link in connected_links(source.joints, foreign_joints) if not MARK.fullmatch(link)]
     if platform_link is None and source.root.child("platform") is None:
@@ -133,11 +150,11 @@ def _complete(
         listed = ", ".join(link for link in links if not MARK.fullmatch(link))
         missing.append(_Question("--platform-link", platforms[0], f"platform_link, one of {listed}"))
     given_types, given_axes = types or {}, axes or {}
-    loops = [_loop(joint, given_types.get(joint.name), given_axes.get(joint.name), missing, warnings) for joint in foreign_joints]
+    loops = [_loop(joint, given_types.get(joint.name), given_axes.get(joint.name), missing) for joint in foreign_joints]
     untyped = {loop.name for loop in loops if loop.type and not JOINT_TYPES[loop.type].is_single}
     movable = [joint.name for joint in source.joints.values() if JOINT_TYPES[joint.type].is_single]
     movable += [name for name in names if name not in untyped]
-    actuated = _actuated(source, movable, record, actuators, missing, warnings)
+    actuated = _actuated(source, movable, record.actuated, actuators, missing)
     if [question.option for question in missing] == ["--platform-link"]:
         raise PlatformMissingError(source.path, source.root.place.line, platforms[:OFFERED])
     if missing:
@@ -147,17 +164,15 @@ def _complete(
         command = shlex.join(["kinetostatics", "new", "--from", source.path, *words, "--out", out])
         asked = "; ".join(question.text for question in missing)
         raise ArgumentError(f"{source.path} lacks information; give also {asked}. For example: {command}")
-    return loops, actuated, [*warnings, *filter(None, (_rotation_warning(source, loop) for loop in loops))]
+    return loops, actuated
 
 
-def _loop(loop: ForeignJoint, given: str | None, axis: object, missing: list[_Question], warnings: list[str]) -> ForeignJoint:
+def _loop(loop: ForeignJoint, given: str | None, axis: object, missing: list[_Question]) -> ForeignJoint:
     """Return a loop with its type and axis; what is unknown is added to ``missing``."""
     name, allowed_types = loop.name, names_of("in_loop")
     where = f"{name} ({loop.place}), which joins {loop.predecessor} and {loop.successor}"
     if given is not None and given not in allowed_types:
         raise ArgumentError(f"types: {name!r} cannot be {given!r}; {near_names(str(given), allowed_types)}")
-    if given is not None and loop.type not in (None, given):
-        warnings.append(f"{loop.place}: the loop {name!r} has the given type {given}; the source has {loop.type}.")
     kind = given or loop.type
     if kind is None:
         missing.append(_Question("--types", f"{name}=revolute", f"types: of {where}, one of {', '.join(allowed_types)}"))
@@ -168,13 +183,10 @@ def _loop(loop: ForeignJoint, given: str | None, axis: object, missing: list[_Qu
         raise ArgumentError(f"axes: the loop {name!r} is {kind} and has no axis")
     if axis is not None:
         axes[:count] = _unit_vectors(name, axis, count, kind)
-        if loop.axis is not None and count == 1 and np.abs(np.subtract(axes[0] or X, loop.axis)).max() > 1e-9:
-            warnings.append(f"{loop.place}: the loop {name!r} has the given axis; the source has {loop.axis}.")
     elif count and (loop.axis is None or (count == 2 and loop.type != kind)):
         what = "both axes" if count == 2 else "the normal" if of_kind.slides is Axes.ACROSS else "the axis"
         second = f" and on {loop.successor}" if count == 2 else ""
-        note = f"; {loop.note}" if loop.note else ""
-        text = f"axes: {what} of the {kind} joint {where}, in its frame on {loop.predecessor}{second}{note}"
+        text = f"axes: {what} of the {kind} joint {where}, in its frame on {loop.predecessor}{second}"
         missing.append(_Question("--axes", f"{name}={'0,0,1/1,0,0' if count == 2 else '0,0,1'}", text))
     return replace(loop, type=kind, axis=axes[0] if count else None, axis2=axes[1] or loop.axis2)
 
@@ -194,56 +206,29 @@ def _unit_vectors(name: str, value: object, count: int, kind: str) -> list[Vecto
 def _actuated(
     source: SourceRobot,
     movable: Sequence[str],
-    record: foreign_yaml.YamlFile,
+    named: tuple[str, ...] | None,
     given: tuple[str, ...] | None,
     missing: list[_Question],
-    warnings: list[str],
 ) -> tuple[str, ...]:
-    """Return the actuated joints without a ``<transmission>``: the given ones, or those that the source declares.
-
-    A source declares them in its YAML file, by ``<transmission>``, or else by ``<command_interface>`` in ``<ros2_control>``.
-    """
-
-    def joints(tag: str, child: str | None = None) -> tuple[str, ...]:
-        entries = (entry for element in source.root.named(tag) for entry in element.named("joint"))
-        return tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries if child is None or entry.named(child)))
-
-    transmissions, named = joints("transmission"), record.actuated
-    chosen = transmissions or joints("ros2_control", "command_interface") if named is None else named
-    if given is not None:
-        if unknown := next((name for name in given if name not in movable), None):
-            raise ArgumentError(f"actuators: there is no joint {unknown!r} with one freedom; {near_names(unknown, movable)}")
-        if named is not None and set(given) != set(named):
-            listed = ", ".join(named) or "none"
-            warnings.append(f"{source.path}: the actuated joints are the given ones; the source lists {listed}.")
-        chosen = given
-    elif named is None and not chosen:
+    """Return the actuated joints without a ``<transmission>``: the ``given`` ones, those of the YAML file, or those declared."""
+    transmissions = _joints_of(source.root, "transmission")
+    if unknown := next((name for name in given or () if name not in movable), None):
+        raise ArgumentError(f"actuators: there is no joint {unknown!r} with one freedom; {near_names(unknown, movable)}")
+    chosen = next((names for names in (given, named) if names is not None), _declared(source.root))
+    if not chosen and given is None and named is None:
         at_base = [joint.name for joint in source.joints.values() if joint.parent not in source.parent_joints]
         example = " ".join(name for name in at_base if name in movable) or movable[0]
-        text = f"actuators, none or some of {', '.join(movable)}{f'; {record.note}' if record.note else ''}"
-        missing.append(_Question("--actuators", example, text))
-        return ()
-    if left_out := next((name for name in transmissions if name not in chosen), None):
+        missing.append(_Question("--actuators", example, f"actuators, none or some of {', '.join(movable)}"))
+    elif left_out := next((name for name in transmissions if name not in chosen), None):
         raise ArgumentError(f"actuators: {left_out!r} is not among them, but the source has a <transmission> for it")
     return tuple(name for name in chosen if name not in transmissions)
 
 
-def _rotation_warning(source: SourceRobot, loop: ForeignJoint) -> str | None:
-    """Return a warning if, with all joints at zero, the loop's two frames differ by a rotation of more than a right angle."""
-    frames, kind = source.zero_frames, JOINT_TYPES[str(loop.type)]
-    first = frames[loop.predecessor] @ loop.predecessor_origin.matrix
-    second = frames[loop.successor] @ loop.successor_origin.matrix
-    between = first[:3, :3].T @ second[:3, :3]
-    if kind.has_axis and kind.turns is not Axes.BOTH:
-        cosine, what = float(np.dot(loop.axis or X, between @ (loop.axis or X))), "its axes in the two frames"
-    elif kind.is_fixed:
-        cosine, what = float((np.trace(between) - 1) / 2), "its two frames"
-    else:
-        return None
-    if cosine > -1e-9:
-        return None
-    angle = math.degrees(math.acos(max(cosine, -1.0)))
-    return (
-        f"{loop.place}: with all joints at zero the loop {loop.name!r} is far from closed: the angle between {what} is "
-        f"{angle:.0f}°; if the loop is meant to be closed there, turn one frame with <origin rpy>."
-    )
+def _joints_of(root: XmlElement, tag: str, child: str | None = None) -> tuple[str, ...]:
+    entries = (entry for element in root.named(tag) for entry in element.named("joint"))
+    return tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries if child is None or entry.named(child)))
+
+
+def _declared(root: XmlElement) -> tuple[str, ...]:
+    """Return the joints of ``<transmission>``, or else those with a ``<command_interface>`` in ``<ros2_control>``."""
+    return _joints_of(root, "transmission") or _joints_of(root, "ros2_control", "command_interface")

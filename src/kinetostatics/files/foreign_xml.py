@@ -4,7 +4,8 @@
 - ``<gazebo><joint>``: a joint of SDFormat, http://sdformat.org/spec.
 - ``<loop_joint>``: Isaac Sim's urdf-importer-extension, UrdfParser.cpp parseLoopJoints, UrdfImporter.cpp addLoopJoints. It has no
   axis, and its documentation calls both sides <link1>, which the importer does not read.
-- ``<drake:ball_constraint>``: Drake's multibody/parsing/detail_common.h.
+- Drake's elements: see :func:`kinetostatics.files.sdf.read_drake`.
+- ``<coupling>``: URDF+, ClusterTreeParsing.cpp (explicitRollingConstraint) of https://github.com/ROAM-Lab-ND/generalized_rbda.
 - links ``closing_NAME_1``, ``closing_NAME_2``: see :func:`_closing`.
 """
 
@@ -15,8 +16,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
-from kinetostatics.description.elements import Origin
-from kinetostatics.description.fields import NAME, POINT, TEXT, VECTOR
+from kinetostatics.description.fields import NAME, NUMBER, POINT, TEXT, VECTOR
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.joints import Joint, Loop
 from kinetostatics.exceptions import near_names
@@ -27,9 +27,9 @@ from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot
 from kinetostatics.files.xml import XmlElement
 
 
-def _origin(end: str) -> tuple[Row, Row]:
+def _origin(field: str) -> tuple[Row, Row]:
     zero = (0.0, 0.0, 0.0)
-    return Row("xyz", POINT, zero, f"{end}_origin.xyz"), Row("rpy", VECTOR, zero, f"{end}_origin.rpy")
+    return Row("xyz", POINT, zero, f"{field}.xyz"), Row("rpy", VECTOR, zero, f"{field}.rpy")
 
 
 #: The elements with two links, and the types that they may have.
@@ -37,28 +37,31 @@ TABLES = {
     "constraint": {
         "": (row(Loop, "name"), row(Loop, "type")),
         "parent": (row(Loop, "link", "predecessor"),),
-        "parent_origin": _origin("predecessor"),
+        "parent_origin": _origin("predecessor_origin"),
         "parent_axis": (row(Loop, "xyz", "axis", default=None, must=True),),
         "child": (row(Loop, "link", "successor"),),
-        "child_origin": _origin("successor"),
+        "child_origin": _origin("successor_origin"),
         "child_axis": (row(Loop, "xyz", "axis2", default=None, must=True),),
         "limit": LIMITS_OF_LOOP,
     },
     "loop_joint": {
         "": (Row("name", NAME), Row("type", TEXT, None)),
-        "link1": (Row("link", TEXT, name="predecessor"), *_origin("predecessor")),
-        "link2": (Row("link", TEXT, name="successor"), *_origin("successor")),
-        "axis": (Row("xyz", TEXT, None, "note"),),
-    },
-    "drake:ball_constraint": {
-        "": (),
-        "drake:ball_constraint_body_A": (Row("name", TEXT, name="predecessor"),),
-        "drake:ball_constraint_body_B": (Row("name", TEXT, name="successor"),),
-        "drake:ball_constraint_p_AP": (Row("value", POINT, name="predecessor_origin.xyz"),),
-        "drake:ball_constraint_p_BQ": (Row("value", POINT, None, "successor_origin.xyz"),),
+        "link1": (Row("link", TEXT, name="predecessor"), *_origin("predecessor_origin")),
+        "link2": (Row("link", TEXT, name="successor"), *_origin("successor_origin")),
+        "axis": (Row("xyz", TEXT, None),),
     },
 }
 ELEMENTS = {tag: ElementTable(tag, rows) for tag, rows in TABLES.items()}
+COUPLING = ElementTable(
+    "coupling",
+    {
+        "": (Row("name", NAME, None), Row("type", TEXT, None)),
+        "predecessor": (Row("link", TEXT, name="predecessor"),),
+        "successor": (Row("link", TEXT, name="successor"),),
+        "ratio": (Row("value", NUMBER),),
+    },
+)
+FRAME_ELEMENT = ElementTable("frame", {"": (Row("name", NAME), Row("link", TEXT), *_origin("origin"))})
 TYPES = {
     "constraint": tuple(name for name, kind in JOINT_TYPES.items() if kind.in_loop),
     "loop_joint": ("fixed", "revolute", "continuous", "prismatic", "planar", "spherical"),
@@ -69,36 +72,55 @@ UNKNOWN = {"constraint": "which is unknown", "loop_joint": "unknown to Isaac Sim
 def read_elements(source: SourceRobot, taken: Collection[str] = ()) -> Iterator[ForeignJoint]:
     """Yield the joints of all formats above, except those of closing frames ``taken`` for the loops of a YAML file."""
     yield from _closing_frames(source, taken)
+    frames = {name: (name, frame) for name, frame in source.zero_frames.items()}
     for element in source.root.children:
         if element.tag in ELEMENTS:
             yield _two_ends(source, element)
         elif element.tag == "gazebo":
-            frames = {name: (name, frame) for name, frame in source.zero_frames.items()}
             yield from (sdf.read_joint(joint, frames, "1.6") for joint in element.named("joint"))
+    for element in source.root.named("frame") if any(":" in child.tag for child in source.root.children) else ():  # Drake's
+        values = FRAME_ELEMENT.read(element)
+        frame = source.zero_frames[reference(element, "link", source.links, "link")] @ values["origin"].matrix
+        frames[values["name"]] = values["link"], frame
+    yield from sdf.read_drake(source.root, frames)
+
+
+def couplings(source: SourceRobot) -> dict[str, XmlElement]:
+    """Return the ``<mimic>`` of each joint that a ``<coupling>`` of URDF+ makes dependent on another one."""
+    written = [element.attributes for element in source.root.named("joint")]
+    dependent = {joint.get("name"): joint.get("independent", "").lower() == "false" for joint in written}
+    mimics: dict[str, XmlElement] = {}
+    for element in source.root.named("coupling"):
+        values = COUPLING.read(element)
+        links = [reference(element.required_child(side), "link", source.links, "link") for side in ("predecessor", "successor")]
+        moving = [[joint.name for joint in source.above(link) if not JOINT_TYPES[joint.type].is_fixed] for link in links]
+        common = {*moving[0]} & {*moving[1]}
+        coupled = [[name for name in names if name not in common] for names in moving]
+        if [len(names) for names in coupled] != [1, 1]:
+            joints = ", ".join(name for names in coupled for name in names) or "no joint"
+            raise element.error(f"{element.label} couples {joints}; only the ratio of two joints can be read, as a <mimic>")
+        (leader,), (follower,) = coupled
+        ratio = values["value"]
+        if dependent[leader] and not dependent[follower]:
+            leader, follower, ratio = follower, leader, 1 / ratio
+        mimics[follower] = XmlElement("mimic", {"joint": leader, "multiplier": repr(ratio)}, (), element.place)
+    return mimics
 
 
 def _two_ends(source: SourceRobot, element: XmlElement) -> ForeignJoint:
-    sides = [child for child in element.children if {"link", "name"} & set(child.attributes)]
+    sides = [child for child in element.children if "link" in child.attributes]
     if [child.tag for child in sides] == ["link1", "link1"]:
         raise sides[1].error(f"{element.label} has two <link1>; call the second one <link2>, as Isaac Sim's importer requires")
     values, place = ELEMENTS[element.tag].read(element), element.part_place
     for side in sides:
-        reference(side, "link" if "link" in side.attributes else "name", source.links, "link")
-    first, second = values["predecessor"], values["successor"]
-    if first == second:
-        raise element.error(f"{element.label} joins the link {first!r} to itself")
-    if element.tag not in TYPES:  # Drake's, which coincide at its default configuration if one point is not given
-        point = source.zero_frames[first] @ values["predecessor_origin"].matrix
-        values["successor_origin"] = values["successor_origin"] or Origin(source.origin_on(second, point).xyz)
-        return ForeignJoint(f"{first}_{second}", "spherical", **values, axis=None, place=place)
+        reference(side, "link", source.links, "link")
     kind, types = values["type"], TYPES[element.tag]
     if kind in JOINT_TYPES and JOINT_TYPES[kind].is_free:
         raise element.error(f"{element.label} is {kind}, which joins nothing; take it out")
     if kind is not None and kind not in types:
         raise element.error(f"{element.label} has the type {kind!r}, {UNKNOWN[element.tag]}; {near_names(kind, types)}")
     if element.tag == "loop_joint":
-        axis = values["note"]
-        values["note"] = "" if axis is None else f"its <axis xyz={axis!r}> is not an element of Isaac Sim's format"
+        del values["xyz"]  # an axis, which Isaac Sim's format does not have: in which frame is unknown
         return ForeignJoint(**values, axis=None, place=place)
     limits(values)
     values["limits"] = {name: values.pop(name) for name in ("lower", "upper", "effort", "velocity")}

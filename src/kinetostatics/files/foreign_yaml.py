@@ -8,23 +8,27 @@ are actuated. ``joint_name`` and ``joint_type`` replace joints by turns about ax
 ``loop_closures.yaml`` with ``closures``: loop_closure.py of https://github.com/iory/scikit-robot, and model.py of
 https://github.com/jsk-ros-pkg/solidworks_urdf_exporter2. Hinges, by point and axis in the root frame at the zero pose;
 ``independent`` joints are actuated. A ``<mimic>`` of ``dependent`` ones, which only approximates the loop, is dropped.
+
+``robot_data.yaml`` with ``closing_joints``: supplementary_export.py of https://github.com/Adriaeik/fusion2URDF. Joints as in
+URDF, closed with all joints at zero; those of ``joints`` that are not ``passive`` are actuated.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinetostatics.description.elements import AT_LINK, Origin
 from kinetostatics.description.fields import Place, Vector
-from kinetostatics.description.joint_types import JOINT_TYPES, Axes
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.exceptions import RobotFileError, near_names
 from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, tree_elements
-from kinetostatics.files.xml import XmlElement, read_file
+from kinetostatics.files.xml import read_file
 
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
 #: Types of Gepetto's loops by ``type``; joint types by ``joint_type``, with the axes of their turns.
@@ -35,7 +39,7 @@ RETYPED: dict[str, tuple[str, Vector | None, Vector]] = {
     **{f"UJOINT_{name}": ("universal", *axes) for name, axes in (("XY", (X, Y)), ("YZ", (Y, Z)), ("ZX", (Z, X)), ("ZY", (Z, Y)))},
     "FIXED": ("fixed", None, Y),
 }
-#: Where ``loop_closures.yaml`` may be, relative to the folder of the URDF.
+#: Where files with fixed names may be, relative to the folder of the URDF.
 FOLDERS = ("", os.pardir, os.path.join(os.pardir, "config"))
 
 
@@ -45,7 +49,7 @@ class YamlFile:
 
     Attributes:
         frames: names of the frames that the loops join.
-        actuated: names of the actuated joints, or None if unknown; ``note``: why, if the names are ambiguous.
+        actuated: names of the actuated joints, or None if unknown.
         retyped: joints with another type than in the URDF; ``free``: joints whose ``<mimic>`` is dropped.
         warnings: warnings, in full sentences.
     """
@@ -53,7 +57,6 @@ class YamlFile:
     loops: tuple[ForeignJoint, ...]
     frames: frozenset[str] = frozenset()
     actuated: tuple[str, ...] | None = None
-    note: str = ""
     retyped: tuple[ForeignJoint, ...] = ()
     free: frozenset[str] = frozenset()
     warnings: tuple[str, ...] = ()
@@ -133,10 +136,13 @@ def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
 
 def yaml_beside(path: str) -> str | None:
     """Return the path of a YAML file with loops for a URDF; None if there is none."""
-    closures = [(os.path.join(os.path.dirname(path), up, "loop_closures.yaml"), "closures") for up in FOLDERS]
-    for file, key in ((f"{os.path.splitext(path)[0]}.yaml", "closed_loop"), *closures):
+    folder = os.path.dirname(path)
+    files = [(f"{os.path.splitext(path)[0]}.yaml", "closed_loop")]
+    for name, key in (("loop_closures.yaml", "closures"), ("robot_data.yaml", "closing_joints")):
+        files += [(os.path.join(folder, up, name), key) for up in FOLDERS]
+    for file, key in files:
         try:
-            if re.search(rf"^{key}\s*:".encode(), read_file(file), re.MULTILINE):
+            if re.search(rf"^{key}\s*:(?!\s*\[\])".encode(), read_file(file), re.MULTILINE):
                 return os.path.normpath(file)
         except (OSError, RobotFileError):
             continue
@@ -145,48 +151,54 @@ def yaml_beside(path: str) -> str | None:
 
 def read(source: SourceRobot, path: str | os.PathLike[str]) -> YamlFile:
     keys = _read_yaml(path)
-    return _closures(source, keys) if "closures" in keys else _gepetto(source, keys)
+    reader = next((reader for key, reader in READERS.items() if key in keys), _gepetto)
+    return reader(source, keys)
 
 
-def with_changes(source: SourceRobot, retyped: Sequence[ForeignJoint], free: frozenset[str]) -> XmlElement:
-    """Return the element ``<robot>`` with the ``retyped`` joints, and without the ``<mimic>`` of the ``free`` ones."""
-    changes, taken = {joint.name: joint for joint in retyped}, {*source.links, *source.joints}
-    content: list[XmlElement | str] = []
-    for child in source.root.content:
-        name = child.attributes.get("name", "") if isinstance(child, XmlElement) and child.tag == "joint" else ""
-        if name in changes:
-            content += tree_elements(changes[name], taken)
-        elif isinstance(child, XmlElement) and name in free:
-            content.append(replace(child, content=tuple(part for part in child.content if getattr(part, "tag", "") != "mimic")))
-        else:
-            content.append(child)
-    return replace(source.root, content=tuple(content))
+# ---- loop_closures.yaml and robot_data.yaml ---------------------------------------------------------------------------------
 
 
-# ---- loop_closures.yaml -----------------------------------------------------------------------------------------------------
+def _known(node: Node, what: str, names: Collection[str]) -> str:
+    if (name := node.text(what)) not in names:
+        raise node.error(f"{what} is {name!r}, which does not exist; {near_names(name, names)}")
+    return name
+
+
+def _closed_at_zero(source: SourceRobot, node: Node, ends: tuple[str, str], frame: NDArray[np.float64]) -> ForeignJoint:
+    """Return a hinge from its frame (4, 4) relative to the root link, with all joints at zero, and its axis in this frame."""
+    first, second = (_known(node.part(key), key, source.links) for key in ends)
+    axis = np.array(node.vector("axis"))
+    if not axis.any():
+        raise node.error("axis is zero; it must have a direction")
+    x, y, z = (axis / np.linalg.norm(axis)).tolist()
+    origins = source.origin_on(first, frame), source.origin_on(second, frame)
+    return ForeignJoint("", "revolute", first, origins[0], second, origins[1], (x, y, z), node.place)
 
 
 def _closures(source: SourceRobot, keys: Mapping[str, Node]) -> YamlFile:
-    def known(node: Node, what: str, names: Mapping[str, object]) -> str:
-        if (name := node.text(what)) not in names:
-            raise node.error(f"{what} is {name!r}, which does not exist; {near_names(name, names)}")
-        return name
-
-    loops: list[ForeignJoint] = []
-    for node in keys["closures"].items("closures"):
-        first, second = (known(node.part(key), key, source.links) for key in ("link_a", "link_b"))
-        axis, at = np.array(node.vector("axis")), Origin(node.vector("point")).matrix
-        if not axis.any():
-            raise node.error("axis is zero; it must have a direction")
-        origins = source.origin_on(first, at), source.origin_on(second, at)
-        x, y, z = (origins[0].matrix[:3, :3].T @ (axis / np.linalg.norm(axis))).tolist()
-        name = f"{first}_{second}"
-        loops.append(ForeignJoint(name, "revolute", first, origins[0], second, origins[1], (x, y, z), node.place))
+    points = [(node, Origin(node.vector("point")).matrix) for node in _list(keys, "closures")]
     actuated, dependent = (
-        tuple(known(node, f"an entry of {key}", source.joints) for node in (keys[key].items(key) if key in keys else ()))
+        tuple(_known(node, f"an entry of {key}", source.joints) for node in _list(keys, key))
         for key in ("independent", "dependent")
     )
-    return YamlFile(tuple(loops), actuated=actuated or None, free=frozenset(dependent))
+    loops = tuple(_closed_at_zero(source, node, ("link_a", "link_b"), at) for node, at in points)
+    return YamlFile(loops, actuated=actuated or None, free=frozenset(dependent))
+
+
+def _closing_joints(source: SourceRobot, keys: Mapping[str, Node]) -> YamlFile:
+    loops: list[ForeignJoint] = []
+    for node in _list(keys, "closing_joints"):
+        name, kind = node.part("name").text("name"), _known(node.part("type"), "type", names_of("in_loop"))
+        parent = source.zero_frames[_known(node.part("parent"), "parent", source.links)]
+        frame = parent @ Origin(node.vector("origin_xyz_m"), node.vector("origin_rpy_rad")).matrix
+        joint = _closed_at_zero(source, node, ("parent", "child"), frame)
+        limited = JOINT_TYPES[kind].has_limits and "limits" in node.value
+        limits = {end: float(node.part("limits").part(end).text(end)) for end in ("lower", "upper")} if limited else {}
+        loops.append(replace(joint, name=name, type=kind, limits=limits))
+    joints = keys["joints"].value if "joints" in keys else {}
+    driven = (name for name, node in joints.items() if node.part("passive").value == "false")  # type: ignore[union-attr]
+    single = {name for name, joint in source.joints.items() if JOINT_TYPES[joint.type].is_single}
+    return YamlFile(tuple(loops), actuated=tuple(name for name in driven if name in single))
 
 
 # ---- Gepetto's robot.yaml -----------------------------------------------------------------------------------------------------
@@ -201,8 +213,8 @@ def _gepetto(source: SourceRobot, keys: Mapping[str, Node]) -> YamlFile:
     movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]
     loops, retyped = _loops(source, keys), _retyped(source, keys, movable)
     frames = frozenset(str(frame.value) for node in _list(keys, "closed_loop") for frame in node.items(""))
-    actuated, note = _actuated(keys, movable, retyped)
-    return YamlFile(tuple(loops), frames, actuated, note, tuple(retyped.values()), warnings=tuple(warnings))
+    actuated = _actuated(keys, movable, retyped)
+    return YamlFile(tuple(loops), frames, actuated, tuple(retyped.values()), warnings=tuple(warnings))
 
 
 def _list(keys: Mapping[str, Node], key: str) -> list[Node]:
@@ -216,8 +228,6 @@ def _loops(source: SourceRobot, keys: Mapping[str, Node]) -> list[ForeignJoint]:
         frames = [frame.text("a frame of closed_loop") for frame in node.items("an entry of closed_loop")]
         if len(frames) != 2:
             raise node.error(f"an entry of closed_loop must be a pair of frames, not {len(frames)} of them")
-        if frames[0] == frames[1]:
-            raise node.error(f"closed_loop pairs {frames[0]!r} with itself")
         shared = os.path.commonprefix(frames).rstrip("_-. ")  # noqa: RUF071 names are no paths
         name = shared if shared and shared not in names else "_".join(frames)
         names.add(name)
@@ -232,23 +242,13 @@ def _loops(source: SourceRobot, keys: Mapping[str, Node]) -> list[ForeignJoint]:
     return loops
 
 
-def _actuated(
-    keys: Mapping[str, Node], movable: Sequence[str], retyped: Mapping[str, ForeignJoint]
-) -> tuple[tuple[str, ...] | None, str]:
-    """Return the names of the actuated joints and an empty text, or None and the reason if the names are ambiguous.
-
-    They are ambiguous if a text of ``name_mot`` is the name of a joint, and also a part of the names of other joints.
-    """
+def _actuated(keys: Mapping[str, Node], movable: Sequence[str], retyped: Mapping[str, ForeignJoint]) -> tuple[str, ...] | None:
     texts = [node.text("an entry of name_mot") for node in _list(keys, "name_mot")]
     for node, text in zip(_list(keys, "name_mot"), texts, strict=True):
         if not any(text in name for name in movable):
             raise node.error(f"name_mot has {text!r}, which is in no movable joint's name; {near_names(text, movable)}")
-    chosen = [name for name in movable if any(text in name for text in texts)]
-    more = [name for name in chosen if name not in texts and any(text in name for text in texts if text in movable)]
-    if more:
-        return None, f"name_mot ({keys['name_mot'].place}) has names of joints that are also parts of the names {', '.join(more)}"
     names: list[str] = []
-    for name in chosen:
+    for name in (name for name in movable if any(text in name for text in texts)):
         if name in retyped and JOINT_TYPES[str(retyped[name].type)].turns is Axes.ALL:
             reason = f"the joint {name!r} is spherical, but is actuated by name_mot; only joints with one freedom can be actuated"
             raise retyped[name].place.error(reason)
@@ -256,7 +256,7 @@ def _actuated(
         names += (
             [joint.attributes["name"] for joint in made if not JOINT_TYPES[joint.attributes["type"]].is_fixed] if made else [name]
         )
-    return (tuple(names) if "name_mot" in keys else None), ""
+    return tuple(names) if "name_mot" in keys else None
 
 
 def _retyped(source: SourceRobot, keys: Mapping[str, Node], movable: Sequence[str]) -> dict[str, ForeignJoint]:
@@ -281,3 +281,7 @@ def _retyped(source: SourceRobot, keys: Mapping[str, Node], movable: Sequence[st
         ends = (joint.parent, joint.origin, joint.child, AT_LINK)
         retyped[name] = ForeignJoint(name, type_name, *ends, axis, name_node.place, axis2=axis2)
     return retyped
+
+
+#: Readers by a key of their files.
+READERS = {"closures": _closures, "closing_joints": _closing_joints}

@@ -7,6 +7,7 @@ joint a ``<mimic>``. What statics of the mechanism does not need is ignored with
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -63,14 +64,21 @@ class _Reader:
     def robot(self) -> XmlElement:
         model = self.model
         mimics, closed = self._equalities()
-        chains = [joint for body in range(1, model.nbody) for joint in self._chain(body, mimics)]
+        driven = self._driven()
+        chains = [joint for body in range(1, model.nbody) for joint in self._chain(body, mimics, driven)]
+        springs = sum(bool(joint.stiffness) for joint in chains)
+        if springs:
+            self.warnings.append(f"{self.place}: springs of joints count as relaxed at each analysed pose ({springs} of them).")
         between = [joint.successor for joint in chains if joint.successor not in self.links]
         links = [self._link(body) for body in range(model.nbody)] + [Link(name, place=self.place) for name in between]
-        drives = [plain_transmission(name, self.place) for name in self._driven()]
+        drives = [plain_transmission(name, self.place) for name in driven]
         for count, what in (
             (model.ntendon, "tendons"),
             (model.nflex, "flexible bodies"),
-            (np.count_nonzero(model.jnt_stiffness), "springs of joints"),
+            (
+                np.count_nonzero(model.jnt_stiffness) - springs,
+                "springs of joints that are actuated or not along an axis of a body",
+            ),
             (model.npair, "contact pairs"),
         ):
             if count:
@@ -87,7 +95,7 @@ class _Reader:
         inertia = Inertia((xx, 0.0, 0.0, yy, 0.0, zz), origin.rpy)
         return Link(self.links[body], float(model.body_mass[body]), origin.xyz, inertia, has_inertial=True, place=self.place)
 
-    def _chain(self, body: int, mimics: dict[int, Mimic]) -> list[ForeignJoint]:
+    def _chain(self, body: int, mimics: dict[int, Mimic], driven: Collection[str]) -> list[ForeignJoint]:
         """Return the joints between a body and its parent, with massless links between them at the frame of the body."""
         model, parent = self.model, int(self.model.body_parentid[body])
         numbers = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
@@ -108,7 +116,10 @@ class _Reader:
                 limits["lower"], limits["upper"] = (model.jnt_range[number] - zero).tolist()
                 kind = {"continuous": "revolute"}.get(kind, kind)
             joint = self._joint(name, kind, (above, above_frame), (below, frame), at, axis)
-            result.append(replace(joint, limits=limits, mimic=mimics.get(number)))
+            along = np.repeat([JOINT_TYPES[kind].is_slide, JOINT_TYPES[kind].is_hinge], 3) & (np.abs([*axis, *axis]) == 1)
+            elastic = model.jnt_stiffness[number] > 0 and name not in driven and along.any()
+            stiffness = np.where(along, model.jnt_stiffness[number], np.inf).tolist() if elastic else ()
+            result.append(replace(joint, limits=limits, mimic=mimics.get(number), stiffness=tuple(stiffness)))
             above, above_frame = below, frame
         return result
 

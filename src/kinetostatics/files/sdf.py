@@ -1,14 +1,15 @@
-"""Reader of SDFormat files, http://sdformat.org/spec, and of its joints within the tag ``<gazebo>`` of a URDF.
+"""Reader of SDFormat files, http://sdformat.org/spec, of its joints in the tag ``<gazebo>`` of a URDF, and of Drake's elements.
 
 Poses are relative to the frame ``relative_to``: by default the model for links and frames, the child for joints. Axes are in the
 joint's frame, or in the frame ``expressed_in``; in files before version 1.7 in the model's with ``use_parent_model_frame``, and
-before 1.5 always. A link with several joints as child closes loops.
+before 1.5 always. A link with several joints as child closes loops. Drake's elements, in SDFormat and URDF, are those of
+https://github.com/RobotLocomotion/drake, multibody/parsing/detail_common.h and multibody/tree/linear_bushing_roll_pitch_yaw.h.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,8 @@ from numpy.typing import NDArray
 
 from kinetostatics.description.elements import Inertia, Link, Origin
 from kinetostatics.description.fields import Place, Vector
-from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
+from kinetostatics.description.joints import X, Y
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.attributes import number_of
 from kinetostatics.files.element_tables import MOMENTS
@@ -29,14 +31,24 @@ TYPES = {
     **{name: name for name in ("fixed", "revolute", "continuous", "prismatic", "universal")},
     **{"ball": "spherical", "revolute2": "universal"},
 }
+#: Types of bushings: those whose freedoms are along and about the axes of one frame.
+BUSHINGS = [kind for kind in JOINT_TYPES.values() if kind.in_loop and kind.turns is not Axes.BOTH and kind.name != "revolute"]
+Z: Vector = (0.0, 0.0, 1.0)
 #: Limits at and above this number mean none, as in files that Gazebo writes [rad, m].
 UNLIMITED = 1e15
-Frames = Mapping[str, tuple[str, NDArray[np.float64]]]
+#: Versions in which axes are always in the model's frame.
+OLD = ("1.0", "1.1", "1.2", "1.3", "1.4")
+Matrix = NDArray[np.float64]
+Frames = Mapping[str, tuple[str, Matrix]]
 
 
-def _word(element: XmlElement | None, tag: str, default: str = "") -> str:
+def _word(element: XmlElement | None, tag: str) -> str:
+    """Return the text of a child element, which Drake's URDF has as ``name`` or ``value``."""
     child = None if element is None else element.child(tag)
-    return default if child is None else "".join(part for part in child.content if isinstance(part, str)).strip()
+    if child is None:
+        return ""
+    text = "".join(part for part in child.content if isinstance(part, str)).strip()
+    return text or child.attributes.get("name") or child.attributes.get("value", "")
 
 
 def _numbers(element: XmlElement, text: str, count: int) -> list[float]:
@@ -66,30 +78,32 @@ def _base_of(element: XmlElement, default: str) -> str:
     return given.get("relative_to") or given.get("frame") or default
 
 
+def _known(element: XmlElement, name: str, frames: Frames) -> tuple[str, NDArray[np.float64]]:
+    if name not in frames:
+        raise element.error(f"{element.label} refers to the frame {name!r}, which does not exist; {near_names(name, frames)}")
+    return frames[name]
+
+
 def read_joint(element: XmlElement, frames: Frames, version: str) -> ForeignJoint:
     """Return a joint from the link and the pose (4, 4), relative to the model, of each frame."""
-
-    def known(name: str) -> tuple[str, NDArray[np.float64]]:
-        if name not in frames:
-            raise element.error(f"{element.label} refers to the frame {name!r}, which does not exist; {near_names(name, frames)}")
-        return frames[name]
-
     kind = element.attributes.get("type", "")
     if kind not in TYPES:
         raise element.error(f"{element.label} has the type {kind!r}, which is not read; {near_names(kind, TYPES)}")
-    (parent, _), (child, _) = known(_word(element, "parent")), known(_word(element, "child"))
-    frame = known(_base_of(element, _word(element, "child")))[1] @ _pose(element)
+    (parent, _), (child, _) = (_known(element, _word(element, side), frames) for side in ("parent", "child"))
+    frame = _known(element, _base_of(element, _word(element, "child")), frames)[1] @ _pose(element)
     axes: list[Vector] = []
     limits: dict[str, float] = {}
     for axis in filter(None, (element.child("axis"), element.child("axis2"))):
         vector = np.array(_numbers(axis, _word(axis, "xyz") or "0 0 1", 3))
-        in_model = _word(axis, "use_parent_model_frame") in ("1", "true") or version < "1.5"
+        in_model = _word(axis, "use_parent_model_frame") in ("1", "true") or version in OLD
         seen_from = axis.required_child("xyz").attributes.get("expressed_in", "__model__" if in_model else "")
         if seen_from:
-            vector = frame[:3, :3].T @ (known(seen_from)[1][:3, :3] if seen_from != "__model__" else np.eye(3)) @ vector
+            turn = np.eye(3) if seen_from == "__model__" else _known(element, seen_from, frames)[1][:3, :3]
+            vector = frame[:3, :3].T @ turn @ vector
         if not vector.any():
             raise axis.error(f"the axis of {element.label} is zero")
-        axes.append(tuple((vector / np.linalg.norm(vector)).tolist()))
+        x, y, z = (vector / np.linalg.norm(vector)).tolist()
+        axes.append((x, y, z))
         limits = limits or _limits(axis)
     name = TYPES[kind]
     bounded = {"lower", "upper"} <= set(limits)
@@ -97,20 +111,52 @@ def read_joint(element: XmlElement, frames: Frames, version: str) -> ForeignJoin
         name = "continuous"
     if not JOINT_TYPES[name].is_single:
         limits = {}
-    ends = (Origin.of(np.linalg.solve(known(link)[1], frame)) for link in (parent, child))
-    first, second = ends
-    return ForeignJoint(
-        element.attributes.get("name", f"{parent}_{child}"),
-        name,
-        parent,
-        first,
-        child,
-        second,
-        (axes[0] if axes else (0.0, 0.0, 1.0)) if JOINT_TYPES[name].has_axis else None,
-        element.place,
-        axis2=axes[1] if len(axes) > 1 else (0.0, 0.0, 1.0),
-        limits=limits,
-    )
+    first, second, *_ = (*axes, Z, Z)
+    joint = _between(element, name, first if JOINT_TYPES[name].has_axis else None, ((parent, frame), (child, frame)), frames)
+    return replace(joint, axis2=second, limits=limits)
+
+
+def read_drake(model: XmlElement, frames: Frames) -> Iterator[ForeignJoint]:
+    """Yield the joints of ``<drake:ball_constraint>`` and ``<drake:linear_bushing_rpy>``, without their damping.
+
+    A bushing is an elastic joint, free in the directions without stiffness; its two frames coincide where it is relaxed.
+    """
+    for element in model.named("drake:ball_constraint"):
+        (first, at), (second, other) = (
+            _known(element, _word(element, f"drake:ball_constraint_body_{side}"), frames) for side in "AB"
+        )
+        points = [_word(element, f"drake:ball_constraint_p_{point}") for point in ("AP", "BQ")]
+        at = at @ _point(element, points[0])
+        other = other @ _point(element, points[1]) if points[1] else at  # by default they coincide with all joints at zero
+        yield _between(element, "spherical", None, ((first, at), (second, other)), frames)
+    for element in model.named("drake:linear_bushing_rpy"):
+        ends = [_known(element, _word(element, f"drake:bushing_frame{side}"), frames) for side in "AC"]
+        words = [_word(element, f"drake:bushing_{what}_stiffness") for what in ("force", "torque")]
+        stiffness = tuple(number for word in words for number in _numbers(element, word, 3))
+        free = [number == 0 for number in stiffness]
+        fitting = [(kind, axis) for kind in BUSHINGS for axis in (X, Y, Z) if _free(kind, axis) == free]
+        if not fitting:
+            raise element.error(f"{element.label} has no stiffness in directions that are together the freedoms of no joint type")
+        kind, axis = fitting[0]
+        yield replace(_between(element, kind.name, axis if kind.has_axis else None, ends, frames), stiffness=stiffness)
+
+
+def _point(element: XmlElement, text: str) -> NDArray[np.float64]:
+    x, y, z = _numbers(element, text, 3)
+    return Origin((x, y, z)).matrix
+
+
+def _free(kind: JointType, axis: Vector) -> list[bool]:
+    """Return whether each translation and rotation of the frame of a joint is a freedom."""
+    return [bool(direction.any()) for directions in kind.axes(np.array(axis)) for direction in directions]
+
+
+def _between(
+    element: XmlElement, kind: str, axis: Vector | None, ends: Iterable[tuple[str, Matrix]], frames: Frames
+) -> ForeignJoint:
+    """Return the joint between frames, given by their link and their pose relative to the model."""
+    (first, first_end), (second, second_end) = ((link, Origin.of(np.linalg.solve(frames[link][1], at))) for link, at in ends)
+    return ForeignJoint(element.attributes.get("name", ""), kind, first, first_end, second, second_end, axis, element.place)
 
 
 def _limits(axis: XmlElement) -> dict[str, float]:
@@ -144,6 +190,7 @@ def robot_element(root: XmlElement) -> XmlElement:
         _resolve(name, holders, frames, ())
     links = [_link(element) for element in model.named("link")]
     joints = [replace(read_joint(element, frames, version), closes=False) for element in model.named("joint")]
+    joints += read_drake(model, frames)
     if any("world" in (joint.predecessor, joint.successor) for joint in joints):
         links.insert(0, Link("world", place=model.place))
     if not links:

@@ -5,11 +5,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from other_formats import drake_ball, frames, gazebo_joint, loop_closures, mjcf, sdf, with_loops_as, words
+from other_formats import (
+    bushing,
+    closing_joints,
+    drake_ball,
+    frames,
+    gazebo_joint,
+    loop_closures,
+    mjcf,
+    sdf,
+    with_loops_as,
+    words,
+)
 
 import kinetostatics as ks
 from kinetostatics.cli import main as cli
-from kinetostatics.description import Inertia
+from kinetostatics.description import Inertia, JointStiffness
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.bundled import package_folder
 
@@ -68,25 +79,121 @@ def test_ball_constraints_of_drake_close_loops(tmp_path):
     assert_equal(ks.load_robot(path), robot)
 
 
-@pytest.mark.parametrize("folder", ["urdf", ".", "config"])
-def test_loop_closures_of_exporters_close_loops(folder, tmp_path):
-    """Beside the URDF, in the folder above or beside its folder. A <mimic> of a dependent joint is dropped."""
-    robot, path = ks.load_robot("five_bar"), tmp_path / "urdf" / "robot.urdf"
-    path.parent.mkdir()
-    with_loops_as(robot, path, lambda loop: None)
+STIFFNESSES = {
+    "weld": ("five_bar", (1e5, 2e5, 3e5, 1e3, 2e3, 3e3)),
+    "hinge": ("five_bar", (1e5, 2e5, 3e5, 1e3, 2e3, 0.0)),
+    "cylinder": ("five_bar", (1e5, 2e5, 0.0, 1e3, 2e3, 0.0)),
+    "ball": ("gough_stewart", (1e6, 2e6, 3e6, 0.0, 0.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("kind", STIFFNESSES)
+def test_bushings_of_drake_are_elastic_joints(kind, tmp_path):
+    """Free in the directions without stiffness, along and about the axes of the frame on the first link."""
+    (name, stiffness), path = STIFFNESSES[kind], tmp_path / "robot.urdf"
+    rigid = ks.load_robot(name).description
+    types = {"weld": "fixed", "cylinder": "cylindrical", "ball": "spherical", "hinge": "continuous"}
+    axis = (1.0, 0.0, 0.0) if kind in ("weld", "ball") else (0.0, 0.0, 1.0)
+    free = {"type": types[kind], "axis": axis, "lower": -np.inf, "upper": np.inf, "cone": None}
+    loops = {key: replace(loop, **free) for key, loop in rigid.loops.items()}
+    elastic = {key: JointStiffness(key, stiffness[:3], stiffness[3:]) for key in loops}
+    robot = ks.Robot(replace(rigid, loops=loops, joint_stiffness=elastic))
+    with_loops_as(ks.Robot(rigid), path, lambda loop: bushing(loop, stiffness))
     name_ends(robot, path)
-    mimic = '<mimic joint="shoulder_1" multiplier="-1"/>'
-    path.write_text(re.sub('(<joint name="elbow_1".*?)</joint>', rf"\1{mimic}</joint>", path.read_text(), flags=re.DOTALL))
+    found = ks.load_robot(path)
+    assert {loop.type for loop in found.description.loops.values()} == {types[kind]}
+    assert_equal(found, robot)
+    with_loops_as(ks.Robot(rigid), path, lambda loop: bushing(loop, (0, 1, 1, 1, 1, 0)))
+    name_ends(robot, path)
+    with pytest.raises(RobotFileError, match="has no stiffness in directions that are together the freedoms of no joint type"):
+        ks.load_robot(path)
+
+
+def test_bushings_in_sdf_are_elastic_joints(tmp_path):
+    (robot, path), stiffness = (ks.load_robot("gough_stewart"), tmp_path / "robot.sdf"), STIFFNESSES["ball"][1]
+    text = sdf(robot.description)
+    for name, loop in robot.description.loops.items():
+        text = re.sub(rf'<joint name="{name}".*?</joint>', "", text, flags=re.DOTALL)
+        origins = (("A", loop.predecessor, loop.predecessor_origin), ("C", loop.successor, loop.successor_origin))
+        parts = [
+            f'<frame name="{name}_{side}" attached_to="{link}"><pose>{words((*origin.xyz, *origin.rpy))}</pose></frame>'
+            for side, link, origin in origins
+        ]
+        ends = "".join(f"<drake:bushing_frame{side}>{name}_{side}</drake:bushing_frame{side}>" for side in "AC")
+        ends += f"<drake:bushing_torque_stiffness>{words(stiffness[3:])}</drake:bushing_torque_stiffness>"
+        ends += f"<drake:bushing_force_stiffness>{words(stiffness[:3])}</drake:bushing_force_stiffness>"
+        parts.append(f"<drake:linear_bushing_rpy>{ends}</drake:linear_bushing_rpy>")
+        text = text.replace("</model>", f"{''.join(parts)}</model>")
+    path.write_text(text.replace("<sdf ", '<sdf xmlns:drake="http://drake.mit.edu" '))
+    description = ks.load_robot(path, platform_link=robot.description.platform).description
+    values = {(each.linear, each.angular) for each in description.joint_stiffness.values()}
+    assert len(description.joint_stiffness) == len(description.loops) == 5 and values == {(stiffness[:3], stiffness[3:])}
+
+
+GEARED = """
+<robot name="geared"><link name="frame"/><link name="ground"/><link name="motor"/><link name="arm"/>
+  <joint name="lift" type="fixed"><parent link="frame"/><child link="ground"/></joint>
+  <joint name="drive" type="continuous"><parent link="ground"/><child link="motor"/><axis xyz="0 0 1"/></joint>
+  <joint name="output" type="continuous"><parent link="ground"/><child link="arm"/><axis xyz="0 0 1"/></joint>
+  COUPLING<platform link="arm"/><joint_stiffness joint="drive" drive="100"/>
+  <transmission name="t"><joint name="drive"/></transmission></robot>"""
+
+
+@pytest.mark.parametrize(("links", "ratio"), [(("motor", "arm"), -0.25), (("arm", "motor"), -4)])
+def test_couplings_of_urdf_plus_are_ratios_of_joints(links, ratio, tmp_path):
+    """An arm behind a gear of ratio four has the stiffness of its motor times sixteen: rz = M / (16 k)."""
+    path = tmp_path / "robot.urdf"
+    ends = f'<predecessor link="{links[0]}"/><successor link="{links[1]}"/>'
+    text = GEARED.replace("COUPLING", f'<coupling name="gear" type="rolling">{ends}<ratio value="{ratio}"/></coupling>')
+    path.write_text(text.replace('name="output"', 'name="output" independent="False"'))
+    robot = ks.load_robot(path)
+    mimic = robot.description.joints["output"].mimic
+    assert (mimic.joint, mimic.multiplier) == ("drive", -0.25)
+    assert ks.analyze(robot.assemble(), load=(0, 0, 0, 0, 0, 3)).twist[5] == pytest.approx(3 / (16 * 100), rel=1e-9)
+    path.write_text(text.replace('<parent link="ground"/><child link="arm"/>', '<parent link="motor"/><child link="arm"/>'))
+    with pytest.raises(RobotFileError, match=r"<coupling> 'gear' couples output; only the ratio of two joints can be read"):
+        ks.load_robot(path)
+
+
+@pytest.mark.parametrize("name", ["five_bar", "spherical_3rrr"])
+@pytest.mark.parametrize("folder", ["urdf", "."])
+def test_closing_joints_of_fusion2urdf_close_loops(name, folder, tmp_path):
+    """Those joints are actuated that are not passive; a file without closing joints is of no meaning."""
+    robot, path = ks.load_robot(name), tmp_path / "urdf" / "robot.urdf"
+    path.parent.mkdir()
+    with_loops_as(robot, path, lambda loop: "")
+    path.write_text(re.sub("<transmission.*</transmission>", "", path.read_text(), flags=re.DOTALL))
+    yaml = tmp_path / folder / "robot_data.yaml"
+    yaml.write_text(closing_joints(robot))
+    found = ks.load_robot(path)
+    limits = [(loop.type, loop.lower, loop.upper) for loop in robot.description.loops.values()]
+    assert [(loop.type, loop.lower, loop.upper) for loop in found.description.loops.values()] == limits
+    assert_equal(found, robot)
+    yaml.write_text(yaml.read_text().partition("closing_joints:")[0] + "closing_joints: []\n")
+    with pytest.raises(RobotFileError):  # the beams of the file end at its loops
+        ks.load_robot(path)
+
+
+@pytest.mark.parametrize("name", ["five_bar", "spherical_3rrr"])
+@pytest.mark.parametrize("folder", ["urdf", ".", "config"])
+def test_loop_closures_of_exporters_close_loops(name, folder, tmp_path):
+    """Beside the URDF, in the folder above or beside its folder. A <mimic> of a dependent joint is dropped."""
+    robot, path = ks.load_robot(name), tmp_path / "urdf" / "robot.urdf"
+    path.parent.mkdir()
+    with_loops_as(robot, path, lambda loop: "")
+    name_ends(robot, path)
+    driven, link = robot.description.actuated[0], next(iter(robot.description.loops.values())).predecessor
+    dependent = next(key for key, joint in robot.description.joints.items() if joint.child == link)
+    mimic = f'<mimic joint="{driven}" multiplier="-1"/>'
+    path.write_text(re.sub(f'(<joint name="{dependent}".*?)</joint>', rf"\1{mimic}</joint>", path.read_text(), flags=re.DOTALL))
     (tmp_path / folder).mkdir(exist_ok=True)
     (tmp_path / folder / "loop_closures.yaml").write_text(loop_closures(robot))
     found = ks.load_robot(path)
-    assert mimic in path.read_text() and found.description.joints["elbow_1"].mimic is None
+    assert mimic in path.read_text() and found.description.joints[dependent].mimic is None
     assert any("the loops are read from this file" in text for text in found.description.warnings)
     assert_equal(found, robot)
-    (tmp_path / folder / "loop_closures.yaml").write_text(loop_closures(robot).replace("link_b: tool", "link_b: tol"))
-    with pytest.raises(
-        RobotFileError, match=r"loop_closures\.yaml:4: link_b is 'tol', which does not exist; did you mean 'tool'"
-    ):
+    (tmp_path / folder / "loop_closures.yaml").write_text(loop_closures(robot).replace("link_b: ", "link_b: x"))
+    with pytest.raises(RobotFileError, match=r"loop_closures\.yaml:4: link_b is 'x.*', which does not exist; did you mean "):
         ks.load_robot(path)
 
 
@@ -150,6 +257,10 @@ def test_actuators_may_be_those_of_ros2_control(tmp_path):
     without = re.sub("<transmission.*</transmission>", "", path.read_text(), flags=re.DOTALL)
     path.write_text(without.replace("</robot>", f"{control}</robot>"))
     assert_equal(ks.load_robot(path), robot)
+    ks.save_robot(robot, path)
+    ours = re.sub("<transmission.*</transmission>", control, path.read_text(), flags=re.DOTALL)
+    path.write_text(ours)
+    assert_equal(ks.load_robot(path), robot)
     path.write_text(without)
     with pytest.raises(ArgumentError, match=r"lacks information; give also actuators, .*--actuators shoulder_1 shoulder_2"):
         ks.load_robot(path)
@@ -164,9 +275,10 @@ def test_unknown_dialects_are_errors(tmp_path):
 @pytest.mark.parametrize("name", ["five_bar", "gough_stewart", "2pru_upr"])
 def test_sdf_files_are_read(name, joint_frames, tmp_path):
     robot, path = ks.load_robot(name), tmp_path / "robot.sdf"
-    path.write_text(sdf(robot.description, joint_frames))
-    description = ks.load_robot(path, platform_link=robot.description.platform).description
-    assert_equal(parts_of(robot, description), robot)
+    for version in ("1.8", "1.11"):
+        path.write_text(sdf(robot.description, joint_frames).replace('version="1.8"', f'version="{version}"'))
+        description = ks.load_robot(path, platform_link=robot.description.platform).description
+        assert_equal(parts_of(robot, description), robot)
 
 
 def with_masses(robot):
@@ -187,6 +299,23 @@ def test_mjcf_files_are_read(tmp_path):
     path.write_text(mjcf(robot.description))
     description = ks.load_robot(path, platform_link=robot.description.platform).description
     assert_equal(parts_of(robot, description), robot)
+
+
+def test_springs_of_passive_joints_in_mjcf_are_elastic(tmp_path):
+    """A plate on a spring, which turns by M / k; springs that our format does not have are listed."""
+    pytest.importorskip("mujoco")
+    path = tmp_path / "spring.xml"
+    plate = '<body name="plate"><joint name="h" axis="0 1 0" stiffness="40"/><geom size="0.1" mass="2"/>FURTHER</body>'
+    further = '<body name="tip"><joint name="t" axis="0 1 1" stiffness="3"/><geom size="0.1"/></body>'
+    path.write_text(f"<mujoco><worldbody>{plate.replace('FURTHER', further)}</worldbody></mujoco>")
+    robot = ks.load_robot(path, platform_link="plate")
+    assert robot.description.joint_stiffness["h"].angular == (np.inf, 40, np.inf)
+    said = " ".join(robot.description.warnings)
+    assert "springs of joints count as relaxed at each analysed pose (1 of them)" in said
+    assert "springs of joints that are actuated or not along an axis of a body are ignored (1 of them)" in said
+    path.write_text(f"<mujoco><worldbody>{plate.replace('FURTHER', '')}</worldbody></mujoco>")
+    robot = ks.load_robot(path, platform_link="plate")
+    assert ks.analyze(robot.assemble(), load=(0, 0, 0, 0, 3, 0)).twist[4] == pytest.approx(3 / 40, rel=1e-9)
 
 
 GAPS = """
