@@ -17,11 +17,14 @@ from numpy.typing import NDArray
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import AT_LINK, JointStiffness, Link, Origin
 from kinetostatics.description.fields import Place, Vector
-from kinetostatics.description.joint_types import JOINT_TYPES, Axes
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.description.joints import Joint, Loop, Mimic, X, Y
 from kinetostatics.exceptions import near_names
 from kinetostatics.files.element_tables import write_joint, write_link, write_loop, write_stiffness
 from kinetostatics.files.xml import XmlElement
+
+#: Largest entry of the difference of two frames [m, 1] that is a rounding error.
+ROUNDING = 1e-14
 
 
 @dataclass(frozen=True)
@@ -135,6 +138,16 @@ def free_name(name: str, taken: Iterable[str]) -> str:
     return next(text for text in (name, *itertools.islice(numbered, 1000)) if text not in set(taken))
 
 
+def spring(kind: JointType, axis: Vector, stiffness: float) -> tuple[float, ...]:
+    """Return the stiffness of a joint with a spring along its only freedom; empty without, or if it is oblique to the frame."""
+    along = np.repeat([kind.is_slide, kind.is_hinge], 3) & np.isclose(np.abs([*axis, *axis]), 1, rtol=0, atol=ROUNDING)
+    return tuple(np.where(along, stiffness, np.inf).tolist()) if stiffness > 0 and along.any() else ()
+
+
+#: The warning about springs, with their number.
+RELAXED = "springs of joints count as relaxed at each analysed pose ({} of them)."
+
+
 def with_names(joints: Sequence[ForeignJoint], taken: Iterable[str]) -> list[ForeignJoint]:
     """Return the joints; those without a name are called by their two links, with a number if that name is taken."""
     names, named = {*taken, *(joint.name for joint in joints)}, list[ForeignJoint]()
@@ -143,10 +156,6 @@ def with_names(joints: Sequence[ForeignJoint], taken: Iterable[str]) -> list[For
         names.add(name)
         named.append(replace(joint, name=name))
     return named
-
-
-#: Largest entry of the difference of two frames [m, 1] that is a rounding error.
-ROUNDING = 1e-14
 
 
 # ---- joints of the tree ---------------------------------------------------------------------------------------------------

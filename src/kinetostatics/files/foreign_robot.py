@@ -20,6 +20,7 @@ from kinetostatics.exceptions import ArgumentError, PlatformMissingError, RobotF
 from kinetostatics.files import foreign_yaml
 from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, tree_elements, with_names
 from kinetostatics.files.foreign_xml import MARK, couplings, read_elements
+from kinetostatics.files.rules import read_loops
 from kinetostatics.files.urdf import OFFERED, connected_links, plain_transmission, read_joints, read_links
 from kinetostatics.files.xml import XmlElement
 
@@ -89,9 +90,10 @@ def completed(
     if record.retyped or mimics:
         changed = _source(path, _with_changes(source, record.retyped, mimics))
         source = replace(changed, made=frozenset(changed.links) - frozenset(source.links))
-    if not joints:
-        declared = _declared(root) if root.named("loop") and not root.named("transmission") and actuators is None else ()
-        return Completed(source, actuated=declared)
+    written, driven = root.named("loop"), root.named("transmission")
+    declared = _declared(root) if written and not driven else ()
+    if not joints and (not written or driven or declared or root.named("platform") or actuators is not None):
+        return Completed(source, actuated=declared if actuators is None else ())
     loops, actuated = _complete(source, joints, record, platform_link, types, axes, actuators)
     elements = tuple(element for loop in loops for element in loop.elements())
     return Completed(source, elements, actuated, (*warnings, *record.warnings))
@@ -144,7 +146,10 @@ def _complete(
         if unknown := next((name for name in given or () if name not in names), None):
             raise ArgumentError(f"{argument}: there is no loop {unknown!r}; {near_names(str(unknown), names)}")
     missing: list[_Question] = []
-    platforms = [link for link in connected_links(source.joints, foreign_joints) if not MARK.fullmatch(link)]
+    written = read_loops(source.root, source.joints, [])
+    platforms = [
+        link for link in connected_links(source.joints, [*written.values(), *foreign_joints]) if not MARK.fullmatch(link)
+    ]
     if platform_link is None and source.root.child("platform") is None:
         links = (link for link in source.links if link in source.parent_joints and link not in source.made)
         listed = ", ".join(link for link in links if not MARK.fullmatch(link))

@@ -19,7 +19,7 @@ from kinetostatics.description.fields import Place, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.joints import Mimic
 from kinetostatics.exceptions import RobotFileError
-from kinetostatics.files.foreign_loops import ForeignJoint, free_name, graph_elements
+from kinetostatics.files.foreign_loops import RELAXED, ForeignJoint, free_name, graph_elements, spring
 from kinetostatics.files.urdf import plain_transmission
 from kinetostatics.files.xml import XmlElement
 
@@ -64,11 +64,11 @@ class _Reader:
     def robot(self) -> XmlElement:
         model = self.model
         mimics, closed = self._equalities()
-        driven = self._driven()
+        driven = self._driven(mimics)
         chains = [joint for body in range(1, model.nbody) for joint in self._chain(body, mimics, driven)]
         springs = sum(bool(joint.stiffness) for joint in chains)
         if springs:
-            self.warnings.append(f"{self.place}: springs of joints count as relaxed at each analysed pose ({springs} of them).")
+            self.warnings.append(f"{self.place}: {RELAXED.format(springs)}")
         between = [joint.successor for joint in chains if joint.successor not in self.links]
         links = [self._link(body) for body in range(model.nbody)] + [Link(name, place=self.place) for name in between]
         drives = [plain_transmission(name, self.place) for name in driven]
@@ -116,10 +116,8 @@ class _Reader:
                 limits["lower"], limits["upper"] = (model.jnt_range[number] - zero).tolist()
                 kind = {"continuous": "revolute"}.get(kind, kind)
             joint = self._joint(name, kind, (above, above_frame), (below, frame), at, axis)
-            along = np.repeat([JOINT_TYPES[kind].is_slide, JOINT_TYPES[kind].is_hinge], 3) & (np.abs([*axis, *axis]) == 1)
-            elastic = model.jnt_stiffness[number] > 0 and name not in driven and along.any()
-            stiffness = np.where(along, model.jnt_stiffness[number], np.inf).tolist() if elastic else ()
-            result.append(replace(joint, limits=limits, mimic=mimics.get(number), stiffness=tuple(stiffness)))
+            stiffness = () if name in driven else spring(JOINT_TYPES[kind], axis, float(model.jnt_stiffness[number]))
+            result.append(replace(joint, limits=limits, mimic=mimics.get(number), stiffness=stiffness))
             above, above_frame = below, frame
         return result
 
@@ -170,13 +168,20 @@ class _Reader:
         self.mujoco.mju_quat2Mat(result, quaternion / np.linalg.norm(quaternion))
         return result
 
-    def _driven(self) -> list[str]:
-        """Return the joints with an actuator."""
-        types = self.mujoco.mjtTrn
+    def _driven(self, mimics: dict[int, Mimic]) -> list[str]:
+        """Return the joints with an actuator: of its own, or of a tendon along joints that all follow one joint."""
+        model, types = self.model, self.mujoco.mjtTrn
         names: dict[str, None] = {}
-        for number in range(self.model.nu):
-            if types(self.model.actuator_trntype[number]) in (types.mjTRN_JOINT, types.mjTRN_JOINTINPARENT):
-                names[self.joints[self.model.actuator_trnid[number, 0]]] = None
+        for number in range(model.nu):
+            kind, target = types(model.actuator_trntype[number]), model.actuator_trnid[number, 0]
+            joints = {int(target)} if kind in (types.mjTRN_JOINT, types.mjTRN_JOINTINPARENT) else set()
+            if kind == types.mjTRN_TENDON:
+                wraps = range(model.tendon_adr[target], model.tendon_adr[target] + model.tendon_num[target])
+                of_joints = all(model.wrap_type[wrap] == self.mujoco.mjtWrap.mjWRAP_JOINT for wrap in wraps)
+                joints = {int(model.wrap_objid[wrap]) for wrap in wraps} if of_joints else set()
+            leaders = {mimics[joint].joint if joint in mimics else self.joints[joint] for joint in joints}
+            if len(leaders) == 1:
+                names[leaders.pop()] = None
             else:
                 name = self.name("actuator", number)
                 self.warnings.append(f"{self.place}: the actuator {name} drives no joint, and is ignored.")

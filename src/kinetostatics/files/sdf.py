@@ -22,7 +22,7 @@ from kinetostatics.description.joints import X, Y
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.attributes import number_of
 from kinetostatics.files.element_tables import MOMENTS
-from kinetostatics.files.foreign_loops import ForeignJoint, graph_elements
+from kinetostatics.files.foreign_loops import RELAXED, ForeignJoint, graph_elements, spring
 from kinetostatics.files.urdf import plain_transmission
 from kinetostatics.files.xml import XmlElement
 
@@ -93,6 +93,7 @@ def read_joint(element: XmlElement, frames: Frames, version: str) -> ForeignJoin
     frame = _known(element, _base_of(element, _word(element, "child")), frames)[1] @ _pose(element)
     axes: list[Vector] = []
     limits: dict[str, float] = {}
+    stiffness = 0.0
     for axis in filter(None, (element.child("axis"), element.child("axis2"))):
         vector = np.array(_numbers(axis, _word(axis, "xyz") or "0 0 1", 3))
         in_model = _word(axis, "use_parent_model_frame") in ("1", "true") or version in OLD
@@ -105,6 +106,7 @@ def read_joint(element: XmlElement, frames: Frames, version: str) -> ForeignJoin
         x, y, z = (vector / np.linalg.norm(vector)).tolist()
         axes.append((x, y, z))
         limits = limits or _limits(axis)
+        (stiffness,) = _numbers(axis, _word(axis.child("dynamics"), "spring_stiffness") or "0", 1)
     name = TYPES[kind]
     bounded = {"lower", "upper"} <= set(limits)
     if JOINT_TYPES[name].is_hinge and not bounded:
@@ -113,7 +115,7 @@ def read_joint(element: XmlElement, frames: Frames, version: str) -> ForeignJoin
         limits = {}
     first, second, *_ = (*axes, Z, Z)
     joint = _between(element, name, first if JOINT_TYPES[name].has_axis else None, ((parent, frame), (child, frame)), frames)
-    return replace(joint, axis2=second, limits=limits)
+    return replace(joint, axis2=second, limits=limits, stiffness=spring(JOINT_TYPES[name], first, stiffness))
 
 
 def read_drake(model: XmlElement, frames: Frames) -> Iterator[ForeignJoint]:
@@ -170,7 +172,7 @@ def _limits(axis: XmlElement) -> dict[str, float]:
     return {name: value for name, value in result.items() if not one_sided or name in ("effort", "velocity")}
 
 
-def robot_element(root: XmlElement) -> XmlElement:
+def robot_element(root: XmlElement, warnings: list[str]) -> XmlElement:
     """Return the element ``<robot>`` of a file with one model; joints that close loops become ``<loop>``.
 
     Raises:
@@ -184,19 +186,23 @@ def robot_element(root: XmlElement) -> XmlElement:
         for nested in model.named(tag):
             raise nested.error(f"the model contains a <{tag}>; write it as one model by: gz sdf -p {root.place.file}")
     version, frames = root.attributes.get("version", "1.8"), dict[str, tuple[str, NDArray[np.float64]]]()
-    frames |= {"world": ("world", np.eye(4)), "__model__": ("", np.eye(4))}
     holders = {element.attributes.get("name", ""): element for tag in ("link", "frame", "joint") for element in model.named(tag)}
+    frames |= {name: (name, np.eye(4)) for name in ("world", "__model__") if name not in holders}
     for name in holders:
         _resolve(name, holders, frames, ())
     links = [_link(element) for element in model.named("link")]
     joints = [replace(read_joint(element, frames, version), closes=False) for element in model.named("joint")]
+    driven = dict.fromkeys(_driven(model))
+    joints = [replace(joint, stiffness=()) if joint.name in driven else joint for joint in joints]
+    if springs := sum(bool(joint.stiffness) for joint in joints):
+        warnings.append(f"{model.place}: {RELAXED.format(springs)}")
     joints += read_drake(model, frames)
-    if any("world" in (joint.predecessor, joint.successor) for joint in joints):
+    if "world" not in holders and any("world" in (joint.predecessor, joint.successor) for joint in joints):
         links.insert(0, Link("world", place=model.place))
     if not links:
         raise model.error("the model has no links")
     tree = graph_elements(links, joints, links[0].name)
-    drives = [plain_transmission(name, model.place) for name in dict.fromkeys(_driven(model))]
+    drives = [plain_transmission(name, model.place) for name in driven]
     names = {"name": model.attributes.get("name", "robot")}
     return XmlElement("robot", names, (*tree, *drives), Place(root.place.file))
 

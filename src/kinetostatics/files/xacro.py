@@ -219,7 +219,7 @@ def read_document(
         raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
     root = to_elements(document)
     if root.tag == "sdf":
-        root = sdf.robot_element(root)
+        root = sdf.robot_element(root, warnings)
     elif root.tag == "mujoco":
         root = mjcf.robot_element(data, path, warnings)
     if root.tag != "robot":

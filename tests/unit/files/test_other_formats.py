@@ -318,6 +318,44 @@ def test_springs_of_passive_joints_in_mjcf_are_elastic(tmp_path):
     assert ks.analyze(robot.assemble(), load=(0, 0, 0, 0, 3, 0)).twist[4] == pytest.approx(3 / 40, rel=1e-9)
 
 
+def test_springs_of_sdf_are_elastic_but_those_of_actuated_joints(tmp_path):
+    path, link = tmp_path / "spring.sdf", "<inertial><mass>2</mass></inertial>"
+    axis = "<axis><xyz>0 1 0</xyz><dynamics><spring_stiffness>40</spring_stiffness></dynamics></axis>"
+    joint = f'<joint name="h" type="revolute"><parent>world</parent><child>plate</child>{axis}</joint>'
+    text = f'<sdf version="1.8"><model name="m"><link name="plate">{link}</link>{joint}</model></sdf>'
+    path.write_text(text)
+    robot = ks.load_robot(path, platform_link="plate")
+    assert "springs of joints count as relaxed at each analysed pose (1 of them)" in " ".join(robot.description.warnings)
+    assert ks.analyze(robot.assemble(), load=(0, 0, 0, 0, 3, 0)).twist[4] == pytest.approx(3 / 40, rel=1e-9)
+    path.write_text(text.replace("</model>", '<plugin filename="c"><joint_name>h</joint_name></plugin></model>'))
+    assert not ks.load_robot(path, platform_link="plate").description.joint_stiffness
+
+
+def test_actuators_of_tendons_drive_the_joint_that_all_their_joints_follow(tmp_path):
+    """As in Robotiq's gripper 2F-85 of MuJoCo's Menagerie."""
+    pytest.importorskip("mujoco")
+    finger = '<body name="{0}"><joint name="{0}" axis="0 0 1"/><geom size="0.1"/></body>'
+    fingers = "".join(finger.format(name) for name in ("left", "right"))
+    split = '<joint joint="left" coef="0.5"/><joint joint="right" coef="0.5"/>'
+    path = tmp_path / "gripper.xml"
+    path.write_text(
+        f'<mujoco><worldbody>{fingers}</worldbody><equality><joint joint1="right" joint2="left"/></equality>'
+        f'<tendon><fixed name="split">{split}</fixed></tendon><actuator><motor tendon="split"/></actuator></mujoco>'
+    )
+    description = ks.load_robot(path, platform_link="right").description
+    assert description.actuated == ("left",) and description.joints["right"].mimic.joint == "left"
+
+
+def test_actuators_of_whole_files_are_asked_for_by_a_command_that_works(tmp_path, capsys):
+    path, out = tmp_path / "robot.sdf", tmp_path / "robot.urdf"
+    path.write_text(re.sub("<plugin.*?</plugin>", "", sdf(ks.load_robot("five_bar").description), flags=re.DOTALL))
+    with pytest.raises(ArgumentError, match=r"give also platform_link, .*; actuators, none or some of ") as caught:
+        ks.load_robot(path)
+    command = str(caught.value).partition(" For example: kinetostatics ")[2].split()
+    assert cli.main([*command[:-1], str(out)]) == 0
+    assert ks.load_robot(out).description.actuated == ("shoulder_1", "shoulder_2")
+
+
 GAPS = """
 <mujoco model="gaps"><compiler angle="radian" autolimits="true"/><worldbody>
   <body name="base"><geom size="0.1"/>
@@ -331,7 +369,7 @@ GAPS = """
       <body name="b_tip" pos="0 0 0.2"><joint name="b2" axis="1 0 0"/><geom size="0.1"/></body></body>
   </body></worldbody>
   <equality><ENTRY/><joint joint1="b2" joint2="b1" polycoef="0.05 -2 0 0 0"/></equality>
-  <tendon><fixed name="cable"><joint joint="a1" coef="1"/></fixed></tendon>
+  <tendon><fixed name="cable"><joint joint="a1" coef="1"/><joint joint="b1" coef="1"/></fixed></tendon>
   <actuator><motor joint="a1"/><position joint="b1" kp="10"/><motor tendon="cable" name="pull"/></actuator>
 </mujoco>"""
 
@@ -384,8 +422,11 @@ CASSIE = package_folder("example-robot-data") / "robots" / "cassie_description" 
 @pytest.mark.parametrize("name", ["cassie_reduced", "cassie_simple", "cassie_v2", "cassie_wo_gearbox_spring"])
 def test_public_sdf_files_open(name):
     """Cassie's legs have two loops each; those without a free base are closed at zero."""
-    robot = ks.load_robot(CASSIE / f"{name}.sdf", platform_link="left-foot")
+    actuators = [f"{side}-{joint}-op" for side in ("left", "right") for joint in ("roll", "yaw", "pitch", "knee", "foot")]
+    robot = ks.extend_robot(CASSIE / f"{name}.sdf", platform_link="left-foot", actuators=actuators)
     assert len(robot.description.loops) == 4 and robot.mobility.platform == 6
+    springs = {f"{side}-{joint}-joint" for side in ("left", "right") for joint in ("knee-shin", "tarsus-spring")}
+    assert set(robot.description.joint_stiffness) == (set() if name == "cassie_wo_gearbox_spring" else springs)
     with pytest.raises(RobotFileError, match=r"cassie\.sdf:130: <joint> 'left-roll-joint' has the type 'gearbox'"):
         ks.load_robot(CASSIE / "cassie.sdf")
 
