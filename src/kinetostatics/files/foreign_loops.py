@@ -6,7 +6,6 @@ files beside it in :mod:`foreign_yaml`, of whole files in :mod:`sdf` and :mod:`m
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -21,8 +20,11 @@ from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.description.joints import Joint, Loop, Mimic, X, Y
 from kinetostatics.exceptions import near_names
 from kinetostatics.files.element_tables import write_joint, write_link, write_loop, write_stiffness
+from kinetostatics.files.urdf import plain_transmission
 from kinetostatics.files.xml import XmlElement
 
+Matrix = NDArray[np.float64]
+Z: Vector = (0.0, 0.0, 1.0)
 #: Largest entry of the difference of two frames [m, 1] that is a rounding error.
 ROUNDING = 1e-14
 
@@ -60,11 +62,9 @@ class ForeignJoint:
 
     def elements(self) -> list[XmlElement]:
         """Return the ``<loop>`` of a joint with known type and axis, and its ``<joint_stiffness>``."""
-        kind = JOINT_TYPES[str(self.type)]
-        more: dict[str, Keyword] = {**self.limits, "axis2": self.axis2 if kind.turns is Axes.BOTH else Y}
-        more |= {"predecessor_origin": self.predecessor_origin, "successor_origin": self.successor_origin}
-        axis = self.axis or X
-        loop = Loop(self.name, kind.name, self.predecessor, self.successor, axis=axis, **more, place=self.place)
+        second = self.axis2 if JOINT_TYPES[str(self.type)].turns is Axes.BOTH else Y
+        ends = (self.predecessor, self.successor, self.predecessor_origin, self.successor_origin)
+        loop = Loop(self.name, str(self.type), *ends, self.axis or X, second, **self.limits, place=self.place)
         return [write_loop(loop), *self.springs()]
 
     def springs(self) -> list[XmlElement]:
@@ -75,13 +75,12 @@ class ForeignJoint:
 
 @dataclass(frozen=True)
 class SourceRobot:
-    """A URDF with loops in the format of another tool; ``made``: names of links that were added to the URDF."""
+    """A URDF with loops in the format of another tool."""
 
     path: str
     root: XmlElement
     links: Mapping[str, Link]
     joints: Mapping[str, Joint]
-    made: frozenset[str] = frozenset()
 
     @cached_property
     def parent_joints(self) -> dict[str, Joint]:
@@ -97,45 +96,42 @@ class SourceRobot:
         return joints
 
     @cached_property
-    def zero_frames(self) -> dict[str, NDArray[np.float64]]:
+    def zero_frames(self) -> dict[str, Matrix]:
         """The frames (4, 4) of all links, relative to the root link, with all joints at zero."""
-        frames: dict[str, NDArray[np.float64]] = {}
+        frames: dict[str, Matrix] = {}
         for link in self.links:
             frames[link] = np.eye(4)
             for joint in reversed(self.above(link)):
                 frames[link] = frames[link] @ joint.origin.matrix
         return frames
 
-    def origin_on(self, link: str, frame: NDArray[np.float64]) -> Origin:
-        """Return the origin on a link of a frame (4, 4) that is given relative to the root link, with all joints at zero."""
-        return Origin.of(np.linalg.solve(self.zero_frames[link], frame))
-
     def frame(self, name: str, place: Place) -> tuple[str, Origin]:
         """Return the link and the origin on it of one of Pinocchio's frames, which has the name of a link or joint.
 
         Exporters mark a frame by a link fixed to its parent. For such a link, the parent and the fixed joint's origin are
         returned.
-
-        Raises:
-            RobotFileError: nothing has that name; or a link and a joint have it, and the link is not the joint's child.
         """
-        joint = self.joints.get(name)
-        link = name if name in self.links else None
-        if joint is None and link is None:
+        if name not in {**self.links, **self.joints}:
             near = near_names(name, [*self.links, *self.joints])
             raise place.error(f"there is no link or joint {name!r} in {self.path}; {near}")
-        if joint is not None and link is not None and joint.child != link:
-            raise place.error(f"{name!r} is the name of a link and of a joint elsewhere in {self.path}; rename one of them")
-        joint = self.parent_joints.get(name) if joint is None else joint
+        joint = self.joints.get(name) or self.parent_joints.get(name)
         if joint is not None and JOINT_TYPES[joint.type].is_fixed:
             return joint.parent, joint.origin
         return name if joint is None else joint.child, Origin()
 
 
-def free_name(name: str, taken: Iterable[str]) -> str:
-    """Return a name that is not taken: ``name``, or ``name`` and a number."""
-    numbered = (f"{name}_{number}" for number in itertools.count(2))
-    return next(text for text in (name, *itertools.islice(numbered, 1000)) if text not in set(taken))
+def unit(vector: Matrix) -> Vector:
+    """Return a vector divided by its length."""
+    x, y, z = (vector / np.linalg.norm(vector)).tolist()
+    return x, y, z
+
+
+def between(
+    name: str, kind: str, ends: Iterable[tuple[str, Matrix, Matrix]], axis: Vector | None, place: Place, **more: Keyword
+) -> ForeignJoint:
+    """Return a joint from the link, the link's frame and the joint's frame (4, 4) of its two ends, all in one frame."""
+    (first, first_end), (second, second_end) = ((link, Origin.of(np.linalg.solve(frame, at))) for link, frame, at in ends)
+    return ForeignJoint(name, kind, first, first_end, second, second_end, axis, place, **more)
 
 
 def spring(kind: JointType, axis: Vector, stiffness: float) -> tuple[float, ...]:
@@ -144,30 +140,34 @@ def spring(kind: JointType, axis: Vector, stiffness: float) -> tuple[float, ...]
     return tuple(np.where(along, stiffness, np.inf).tolist()) if stiffness > 0 and along.any() else ()
 
 
-#: The warning about springs, with their number.
-RELAXED = "springs of joints count as relaxed at each analysed pose ({} of them)."
-
-
 def with_names(joints: Sequence[ForeignJoint], taken: Iterable[str]) -> list[ForeignJoint]:
     """Return the joints; those without a name are called by their two links, with a number if that name is taken."""
     names, named = {*taken, *(joint.name for joint in joints)}, list[ForeignJoint]()
     for joint in joints:
-        name = joint.name or free_name(f"{joint.predecessor}_{joint.successor}", names)
+        links = f"{joint.predecessor}_{joint.successor}"
+        numbered = (links, *(f"{links}_{number}" for number in range(2, len(joints) + 2)))
+        name = joint.name or next(name for name in numbered if name not in names)
         names.add(name)
         named.append(replace(joint, name=name))
     return named
 
 
-# ---- joints of the tree ---------------------------------------------------------------------------------------------------
+# ---- whole files ----------------------------------------------------------------------------------------------------------
 
 
-def graph_elements(links: Sequence[Link], joints: Sequence[ForeignJoint], root: str) -> list[XmlElement]:
-    """Return links, joints and loops of a graph: a joint is in the tree if it reaches a new link, else it closes a loop.
+def graph(
+    name: str, links: Sequence[Link], joints: Sequence[ForeignJoint], driven: Iterable[str], place: Place, warnings: list[str]
+) -> XmlElement:
+    """Return the element ``<robot>`` of a graph: a joint is in the tree if it reaches a new link, else it closes a loop.
 
-    Where there is a choice, joints with several freedoms close the loops, because a ``<loop>`` may have any type.
+    The root is the first link. Where there is a choice, joints with several freedoms close the loops, because a ``<loop>`` may
+    have any type. Springs of ``driven`` joints, which are parallel to their actuators, are ignored.
     """
-    waiting, reached = with_names(joints, ()), {root}
-    names = {link.name for link in links} | {joint.name for joint in waiting}
+    driven = dict.fromkeys(driven)
+    waiting = [replace(joint, stiffness=()) if joint.name in driven else joint for joint in with_names(joints, ())]
+    if springs := sum(bool(joint.stiffness) and not joint.closes for joint in waiting):
+        warnings.append(f"{place}: springs of joints count as relaxed at each analysed pose ({springs} of them).")
+    reached = {links[0].name}
     content = [write_link(link, ()) for link in links]
     while ready := [
         joint for joint in waiting if not joint.closes and (joint.predecessor in reached) != (joint.successor in reached)
@@ -176,18 +176,16 @@ def graph_elements(links: Sequence[Link], joints: Sequence[ForeignJoint], root: 
         waiting.remove(joint)
         joint = joint if joint.predecessor in reached else joint.swapped()
         reached.add(joint.successor)
-        content += tree_elements(joint, names)
-    return [*content, *(element for joint in waiting for element in joint.elements())]
+        content += tree_elements(joint)
+    content += [element for joint in waiting for element in joint.elements()]
+    return XmlElement("robot", {"name": name}, (*content, *(plain_transmission(joint, place) for joint in driven)), place)
 
 
-def tree_elements(joint: ForeignJoint, taken: Iterable[str]) -> list[XmlElement]:
+def tree_elements(joint: ForeignJoint) -> list[XmlElement]:
     """Return the joints of the tree, with massless links between them, that have the freedoms of ``joint``.
 
     A joint whose type trees do not have becomes several, each with the name of the joint and ``_X``, ``_Y``, ``_Z`` or a number
     appended; where the frame on the successor is not the link's own, a fixed joint follows.
-
-    Raises:
-        RobotFileError: a new joint or link has a name that is ``taken``.
     """
     kind, place, end = JOINT_TYPES[str(joint.type)], joint.place, joint.successor
     moves = [(joint.name, kind.name, joint.axis or X)] if kind.in_tree else list(_single_freedoms(joint))
@@ -198,9 +196,6 @@ def tree_elements(joint: ForeignJoint, taken: Iterable[str]) -> list[XmlElement]
     if np.abs(offset - np.eye(4)).max() > ROUNDING:
         end = f"{joint.name}_frame"
     links = [f"{name}_link" for name, _, _ in moves[:-1]] + [end]
-    new = [name for name in (*(name for name, _, _ in moves), *links) if name not in (joint.name, joint.successor)]
-    if clash := next((name for name in new if name in taken), None):
-        raise place.error(f"the joint {joint.name!r} becomes {', '.join(new)}, but there is a {clash!r} already; rename it")
     content = [write_link(Link(name, place=place), ()) for name in links if name != joint.successor]
     parent, origin = joint.predecessor, joint.predecessor_origin
     for (name, type_name, axis), child in zip(moves, links, strict=True):

@@ -10,15 +10,13 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from kinetostatics.arguments import finite_numbers
 from kinetostatics.description.fields import Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.description.validation import tree_root
 from kinetostatics.exceptions import ArgumentError, PlatformMissingError, RobotFileError, near_names
 from kinetostatics.files import foreign_yaml
-from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, tree_elements, with_names
+from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, tree_elements, unit, with_names
 from kinetostatics.files.foreign_xml import MARK, couplings, read_elements
 from kinetostatics.files.rules import read_loops
 from kinetostatics.files.urdf import OFFERED, connected_links, plain_transmission, read_joints, read_links
@@ -48,13 +46,8 @@ class Completed:
         return replace(root, content=(*root.content, *self.loops, *drives))
 
 
-@dataclass(frozen=True)
-class _Question:
-    """Missing information: its option of ``kinetostatics new``, an example of its value, and a description."""
-
-    option: str
-    example: str
-    text: str
+#: Missing information: options of ``kinetostatics new``, examples of their values, and descriptions.
+Questions = list[tuple[str, str, str]]
 
 
 def completed(
@@ -88,15 +81,14 @@ def completed(
         raise ArgumentError(f"types= and axes= are for loops of another tool, and {path} has none")
     mimics = {**{name: None for name in record.free if source.joints[name].mimic}, **couplings(source)}
     if record.retyped or mimics:
-        changed = _source(path, _with_changes(source, record.retyped, mimics))
-        source = replace(changed, made=frozenset(changed.links) - frozenset(source.links))
+        source = _source(path, _with_changes(source, record.retyped, mimics))
     written, driven = root.named("loop"), root.named("transmission")
     declared = _declared(root) if written and not driven else ()
     if not joints and (not written or driven or declared or root.named("platform") or actuators is not None):
         return Completed(source, actuated=declared if actuators is None else ())
     loops, actuated = _complete(source, joints, record, platform_link, types, axes, actuators)
     elements = tuple(element for loop in loops for element in loop.elements())
-    return Completed(source, elements, actuated, (*warnings, *record.warnings))
+    return Completed(source, elements, actuated, tuple(warnings))
 
 
 def _source(path: str, root: XmlElement) -> SourceRobot:
@@ -108,12 +100,12 @@ def _source(path: str, root: XmlElement) -> SourceRobot:
 
 def _with_changes(source: SourceRobot, retyped: Sequence[ForeignJoint], mimics: Mapping[str, XmlElement | None]) -> XmlElement:
     """Return the element ``<robot>`` with the ``retyped`` joints, and with ``mimics`` (None: without) in the joints named."""
-    changes, taken = {joint.name: joint for joint in retyped}, {*source.links, *source.joints}
+    changes = {joint.name: joint for joint in retyped}
     content: list[XmlElement | str] = []
     for child in source.root.content:
         name = child.attributes.get("name", "") if isinstance(child, XmlElement) and child.tag == "joint" else ""
         if name in changes:
-            content += tree_elements(changes[name], taken)
+            content += tree_elements(changes[name])
         elif isinstance(child, XmlElement) and name in mimics:
             kept = (part for part in child.content if getattr(part, "tag", "") != "mimic")
             content.append(replace(child, content=(*kept, *filter(None, [mimics[name]]))))
@@ -145,34 +137,33 @@ def _complete(
             raise ArgumentError(f"{argument} must be a dict with the loops' names as keys, not {type(given).__name__}")
         if unknown := next((name for name in given or () if name not in names), None):
             raise ArgumentError(f"{argument}: there is no loop {unknown!r}; {near_names(str(unknown), names)}")
-    missing: list[_Question] = []
+    missing: Questions = []
     written = read_loops(source.root, source.joints, [])
     platforms = [
         link for link in connected_links(source.joints, [*written.values(), *foreign_joints]) if not MARK.fullmatch(link)
     ]
     if platform_link is None and source.root.child("platform") is None:
-        links = (link for link in source.links if link in source.parent_joints and link not in source.made)
-        listed = ", ".join(link for link in links if not MARK.fullmatch(link))
-        missing.append(_Question("--platform-link", platforms[0], f"platform_link, one of {listed}"))
+        listed = ", ".join(link for link in source.links if link in source.parent_joints and not MARK.fullmatch(link))
+        missing.append(("--platform-link", platforms[0], f"platform_link, one of {listed}"))
     given_types, given_axes = types or {}, axes or {}
     loops = [_loop(joint, given_types.get(joint.name), given_axes.get(joint.name), missing) for joint in foreign_joints]
     untyped = {loop.name for loop in loops if loop.type and not JOINT_TYPES[loop.type].is_single}
     movable = [joint.name for joint in source.joints.values() if JOINT_TYPES[joint.type].is_single]
     movable += [name for name in names if name not in untyped]
     actuated = _actuated(source, movable, record.actuated, actuators, missing)
-    if [question.option for question in missing] == ["--platform-link"]:
+    if [option for option, _, _ in missing] == ["--platform-link"]:
         raise PlatformMissingError(source.path, source.root.place.line, platforms[:OFFERED])
     if missing:
-        options = {question.option: [part.example for part in missing if part.option == question.option] for question in missing}
+        options = {option: [example for other, example, _ in missing if other == option] for option, _, _ in missing}
         words = [word for option, examples in options.items() for word in (option, *" ".join(examples).split())]
         out = f"{os.path.basename(source.path).partition('.')[0]}_robot.urdf.xacro"
         command = shlex.join(["kinetostatics", "new", "--from", source.path, *words, "--out", out])
-        asked = "; ".join(question.text for question in missing)
+        asked = "; ".join(text for _, _, text in missing)
         raise ArgumentError(f"{source.path} lacks information; give also {asked}. For example: {command}")
     return loops, actuated
 
 
-def _loop(loop: ForeignJoint, given: str | None, axis: object, missing: list[_Question]) -> ForeignJoint:
+def _loop(loop: ForeignJoint, given: str | None, axis: object, missing: Questions) -> ForeignJoint:
     """Return a loop with its type and axis; what is unknown is added to ``missing``."""
     name, allowed_types = loop.name, names_of("in_loop")
     where = f"{name} ({loop.place}), which joins {loop.predecessor} and {loop.successor}"
@@ -180,7 +171,7 @@ def _loop(loop: ForeignJoint, given: str | None, axis: object, missing: list[_Qu
         raise ArgumentError(f"types: {name!r} cannot be {given!r}; {near_names(str(given), allowed_types)}")
     kind = given or loop.type
     if kind is None:
-        missing.append(_Question("--types", f"{name}=revolute", f"types: of {where}, one of {', '.join(allowed_types)}"))
+        missing.append(("--types", f"{name}=revolute", f"types: of {where}, one of {', '.join(allowed_types)}"))
         return loop
     of_kind, axes = JOINT_TYPES[kind], [loop.axis, loop.axis2]
     count = 2 if of_kind.turns is Axes.BOTH else int(of_kind.has_axis)
@@ -192,7 +183,7 @@ def _loop(loop: ForeignJoint, given: str | None, axis: object, missing: list[_Qu
         what = "both axes" if count == 2 else "the normal" if of_kind.slides is Axes.ACROSS else "the axis"
         second = f" and on {loop.successor}" if count == 2 else ""
         text = f"axes: {what} of the {kind} joint {where}, in its frame on {loop.predecessor}{second}"
-        missing.append(_Question("--axes", f"{name}={'0,0,1/1,0,0' if count == 2 else '0,0,1'}", text))
+        missing.append(("--axes", f"{name}={'0,0,1/1,0,0' if count == 2 else '0,0,1'}", text))
     return replace(loop, type=kind, axis=axes[0] if count else None, axis2=axes[1] or loop.axis2)
 
 
@@ -201,11 +192,9 @@ def _unit_vectors(name: str, value: object, count: int, kind: str) -> list[Vecto
     if array.shape != ((3,) if count == 1 else (2, 3)):
         needed = "three numbers" if count == 1 else "two axes of three numbers each"
         raise ArgumentError(f"axes: {name!r} is {kind} and needs {needed}, not {value!r}")
-    rows = array.reshape(-1, 3)
-    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
-    if not lengths.all():
+    if not (rows := array.reshape(-1, 3)).any(axis=1).all():
         raise ArgumentError(f"axes: an axis of {name!r} is zero; it must have a direction")
-    return [(x, y, z) for x, y, z in (rows / lengths).tolist()]
+    return [unit(row) for row in rows]
 
 
 def _actuated(
@@ -213,7 +202,7 @@ def _actuated(
     movable: Sequence[str],
     named: tuple[str, ...] | None,
     given: tuple[str, ...] | None,
-    missing: list[_Question],
+    missing: Questions,
 ) -> tuple[str, ...]:
     """Return the actuated joints without a ``<transmission>``: the ``given`` ones, those of the YAML file, or those declared."""
     transmissions = _joints_of(source.root, "transmission")
@@ -223,7 +212,7 @@ def _actuated(
     if not chosen and given is None and named is None:
         at_base = [joint.name for joint in source.joints.values() if joint.parent not in source.parent_joints]
         example = " ".join(name for name in at_base if name in movable) or movable[0]
-        missing.append(_Question("--actuators", example, f"actuators, none or some of {', '.join(movable)}"))
+        missing.append(("--actuators", example, f"actuators, none or some of {', '.join(movable)}"))
     elif left_out := next((name for name in transmissions if name not in chosen), None):
         raise ArgumentError(f"actuators: {left_out!r} is not among them, but the source has a <transmission> for it")
     return tuple(name for name in chosen if name not in transmissions)

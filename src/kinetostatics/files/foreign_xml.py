@@ -33,25 +33,27 @@ def _origin(field: str) -> tuple[Row, Row]:
 
 
 #: The elements with two links, and the types that they may have.
-TABLES = {
-    "constraint": {
-        "": (row(Loop, "name"), row(Loop, "type")),
-        "parent": (row(Loop, "link", "predecessor"),),
-        "parent_origin": _origin("predecessor_origin"),
-        "parent_axis": (row(Loop, "xyz", "axis", default=None, must=True),),
-        "child": (row(Loop, "link", "successor"),),
-        "child_origin": _origin("successor_origin"),
-        "child_axis": (row(Loop, "xyz", "axis2", default=None, must=True),),
-        "limit": LIMITS_OF_LOOP,
-    },
-    "loop_joint": {
-        "": (Row("name", NAME), Row("type", TEXT, None)),
-        "link1": (Row("link", TEXT, name="predecessor"), *_origin("predecessor_origin")),
-        "link2": (Row("link", TEXT, name="successor"), *_origin("successor_origin")),
-        "axis": (Row("xyz", TEXT, None),),
-    },
+ELEMENTS = {
+    tag: ElementTable(tag, rows)
+    for tag, rows in {
+        "constraint": {
+            "": (row(Loop, "name"), row(Loop, "type")),
+            "parent": (row(Loop, "link", "predecessor"),),
+            "parent_origin": _origin("predecessor_origin"),
+            "parent_axis": (row(Loop, "xyz", "axis", default=None, must=True),),
+            "child": (row(Loop, "link", "successor"),),
+            "child_origin": _origin("successor_origin"),
+            "child_axis": (row(Loop, "xyz", "axis2", default=None, must=True),),
+            "limit": LIMITS_OF_LOOP,
+        },
+        "loop_joint": {
+            "": (Row("name", NAME), Row("type", TEXT, None)),
+            "link1": (Row("link", TEXT, name="predecessor"), *_origin("predecessor_origin")),
+            "link2": (Row("link", TEXT, name="successor"), *_origin("successor_origin")),
+            "axis": (Row("xyz", TEXT, None),),
+        },
+    }.items()
 }
-ELEMENTS = {tag: ElementTable(tag, rows) for tag, rows in TABLES.items()}
 COUPLING = ElementTable(
     "coupling",
     {
@@ -66,7 +68,6 @@ TYPES = {
     "constraint": tuple(name for name, kind in JOINT_TYPES.items() if kind.in_loop),
     "loop_joint": ("fixed", "revolute", "continuous", "prismatic", "planar", "spherical"),
 }
-UNKNOWN = {"constraint": "which is unknown", "loop_joint": "unknown to Isaac Sim"}
 
 
 def read_elements(source: SourceRobot, taken: Collection[str] = ()) -> Iterator[ForeignJoint]:
@@ -109,16 +110,12 @@ def couplings(source: SourceRobot) -> dict[str, XmlElement]:
 
 def _two_ends(source: SourceRobot, element: XmlElement) -> ForeignJoint:
     sides = [child for child in element.children if "link" in child.attributes]
-    if [child.tag for child in sides] == ["link1", "link1"]:
-        raise sides[1].error(f"{element.label} has two <link1>; call the second one <link2>, as Isaac Sim's importer requires")
     values, place = ELEMENTS[element.tag].read(element), element.part_place
     for side in sides:
         reference(side, "link", source.links, "link")
     kind, types = values["type"], TYPES[element.tag]
-    if kind in JOINT_TYPES and JOINT_TYPES[kind].is_free:
-        raise element.error(f"{element.label} is {kind}, which joins nothing; take it out")
     if kind is not None and kind not in types:
-        raise element.error(f"{element.label} has the type {kind!r}, {UNKNOWN[element.tag]}; {near_names(kind, types)}")
+        raise element.error(f"{element.label} has the type {kind!r}; {near_names(kind, types)}")
     if element.tag == "loop_joint":
         del values["xyz"]  # an axis, which Isaac Sim's format does not have: in which frame is unknown
         return ForeignJoint(**values, axis=None, place=place)

@@ -25,15 +25,14 @@ from numpy.typing import NDArray
 
 from kinetostatics.description.elements import AT_LINK, Origin
 from kinetostatics.description.fields import Place, Vector
-from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
+from kinetostatics.description.joint_types import JOINT_TYPES, names_of
+from kinetostatics.description.joints import X, Y
 from kinetostatics.exceptions import RobotFileError, near_names
-from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, tree_elements
+from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, Z, between, tree_elements, unit
 from kinetostatics.files.xml import read_file
 
-KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
 #: Types of Gepetto's loops by ``type``; joint types by ``joint_type``, with the axes of their turns.
 TYPES = {"3d": "spherical", "6d": "fixed"}
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 RETYPED: dict[str, tuple[str, Vector | None, Vector]] = {
     "SPHERICAL": ("spherical", None, Y),
     **{f"UJOINT_{name}": ("universal", *axes) for name, axes in (("XY", (X, Y)), ("YZ", (Y, Z)), ("ZX", (Z, X)), ("ZY", (Z, Y)))},
@@ -51,7 +50,6 @@ class YamlFile:
         frames: names of the frames that the loops join.
         actuated: names of the actuated joints, or None if unknown.
         retyped: joints with another type than in the URDF; ``free``: joints whose ``<mimic>`` is dropped.
-        warnings: warnings, in full sentences.
     """
 
     loops: tuple[ForeignJoint, ...]
@@ -59,7 +57,6 @@ class YamlFile:
     actuated: tuple[str, ...] | None = None
     retyped: tuple[ForeignJoint, ...] = ()
     free: frozenset[str] = frozenset()
-    warnings: tuple[str, ...] = ()
 
 
 # ---- YAML with lines -------------------------------------------------------------------------------------------------------
@@ -72,24 +69,20 @@ class Node:
     value: str | list[Node] | dict[str, Node]
     place: Place
 
-    def error(self, reason: str) -> RobotFileError:
-        return self.place.error(reason)
-
     def items(self, what: str) -> list[Node]:
         if not isinstance(self.value, list):
-            raise self.error(f"{what} must be a list, not {repr(self.value) if isinstance(self.value, str) else 'a mapping'}")
+            raise self.place.error(f"{what} must be a list")
         return self.value
 
     def text(self, what: str) -> str:
         """Return the text of this node, which must be one line and not blank; ``what`` names the node in errors."""
         if not isinstance(self.value, str) or not self.value.strip() or not self.value.isprintable():
-            actual = {list: "a list", dict: "a mapping"}.get(type(self.value)) or repr(self.value)
-            raise self.error(f"{what} must be text in one line, not {actual}")
+            raise self.place.error(f"{what} must be text in one line")
         return self.value
 
     def part(self, key: str) -> Node:
         if not isinstance(self.value, dict) or key not in self.value:
-            raise self.error(f"an entry here must be a mapping with {key!r}")
+            raise self.place.error(f"an entry here must be a mapping with {key!r}")
         return self.value[key]
 
     def vector(self, key: str) -> Vector:
@@ -97,7 +90,7 @@ class Node:
         try:
             x, y, z = (float(number.text(key)) for number in node.items(key))
         except ValueError:
-            raise node.error(f"{key} must be three numbers") from None
+            raise node.place.error(f"{key} must be three numbers") from None
         return x, y, z
 
 
@@ -114,24 +107,20 @@ def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
             return Node(str(node.value), place)
         for key, child in ((nodes(key), child) for key, child in node.value):
             if (name := key.text("a key")) in keys:
-                raise key.error(f"the key {name!r} comes twice")
+                raise key.place.error(f"the key {name!r} comes twice")
             keys[name] = nodes(child)
         return Node(keys, place)
 
     try:
         root = yaml.compose(read_file(path).decode("utf-8-sig"), Loader=yaml.SafeLoader)
         if not isinstance(root, yaml.MappingNode):
-            line = None if root is None else root.start_mark.line + 1
-            raise RobotFileError("robot.yaml is a mapping, which begins with a key such as closed_loop:", file, line)
+            raise RobotFileError("the file must be a mapping, which begins with a key such as closed_loop:", file)
         return nodes(root).value  # type: ignore[return-value]
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        reason = " ".join(filter(None, (error.context, error.problem)))
-        raise RobotFileError(f"this is not YAML: {reason}", file, mark.line + 1 if mark else None) from None
     except OSError as error:
         raise RobotFileError(f"the file cannot be read: {error.strerror or error}", file) from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # characters that YAML does not allow; lists in themselves
-        raise RobotFileError(f"this is not YAML: {' '.join(str(error).split())}", file) from None
+        mark = getattr(error, "problem_mark", None)
+        raise RobotFileError(f"this is not YAML: {' '.join(str(error).split())}", file, mark and mark.line + 1) from None
 
 
 def yaml_beside(path: str) -> str | None:
@@ -160,19 +149,17 @@ def read(source: SourceRobot, path: str | os.PathLike[str]) -> YamlFile:
 
 def _known(node: Node, what: str, names: Collection[str]) -> str:
     if (name := node.text(what)) not in names:
-        raise node.error(f"{what} is {name!r}, which does not exist; {near_names(name, names)}")
+        raise node.place.error(f"{what} is {name!r}, which does not exist; {near_names(name, names)}")
     return name
 
 
 def _closed_at_zero(source: SourceRobot, node: Node, ends: tuple[str, str], frame: NDArray[np.float64]) -> ForeignJoint:
     """Return a hinge from its frame (4, 4) relative to the root link, with all joints at zero, and its axis in this frame."""
-    first, second = (_known(node.part(key), key, source.links) for key in ends)
+    links = [_known(node.part(key), key, source.links) for key in ends]
     axis = np.array(node.vector("axis"))
     if not axis.any():
-        raise node.error("axis is zero; it must have a direction")
-    x, y, z = (axis / np.linalg.norm(axis)).tolist()
-    origins = source.origin_on(first, frame), source.origin_on(second, frame)
-    return ForeignJoint("", "revolute", first, origins[0], second, origins[1], (x, y, z), node.place)
+        raise node.place.error("axis is zero; it must have a direction")
+    return between("", "revolute", [(link, source.zero_frames[link], frame) for link in links], unit(axis), node.place)
 
 
 def _closures(source: SourceRobot, keys: Mapping[str, Node]) -> YamlFile:
@@ -205,16 +192,11 @@ def _closing_joints(source: SourceRobot, keys: Mapping[str, Node]) -> YamlFile:
 
 
 def _gepetto(source: SourceRobot, keys: Mapping[str, Node]) -> YamlFile:
-    warnings: list[str] = []
-    for key in (key for key in keys if key not in KEYS):
-        if (near := near_names(key, KEYS)).startswith("did"):
-            raise keys[key].error(f"the key {key!r} is unknown; {near}")
-        warnings.append(f"{keys[key].place}: the key {key!r} is ignored; known: {', '.join(KEYS)}.")
     movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]
     loops, retyped = _loops(source, keys), _retyped(source, keys, movable)
     frames = frozenset(str(frame.value) for node in _list(keys, "closed_loop") for frame in node.items(""))
     actuated = _actuated(keys, movable, retyped)
-    return YamlFile(tuple(loops), frames, actuated, tuple(retyped.values()), warnings=tuple(warnings))
+    return YamlFile(tuple(loops), frames, actuated, tuple(retyped.values()))
 
 
 def _list(keys: Mapping[str, Node], key: str) -> list[Node]:
@@ -227,17 +209,17 @@ def _loops(source: SourceRobot, keys: Mapping[str, Node]) -> list[ForeignJoint]:
     for node in pairs:
         frames = [frame.text("a frame of closed_loop") for frame in node.items("an entry of closed_loop")]
         if len(frames) != 2:
-            raise node.error(f"an entry of closed_loop must be a pair of frames, not {len(frames)} of them")
+            raise node.place.error(f"an entry of closed_loop must be a pair of frames, not {len(frames)} of them")
         shared = os.path.commonprefix(frames).rstrip("_-. ")  # noqa: RUF071 names are no paths
         name = shared if shared and shared not in names else "_".join(frames)
         names.add(name)
         (first, first_end), (second, second_end) = (source.frame(frame, node.place) for frame in frames)
         loops.append(ForeignJoint(name, None, first, first_end, second, second_end, None, node.place))
     if pairs and "type" in keys and len(types) != len(pairs):
-        raise keys["type"].error(f"type has {len(types)} entries, and closed_loop has {len(pairs)}; each loop needs one")
+        raise keys["type"].place.error(f"type has {len(types)} entries, and closed_loop has {len(pairs)}; each loop needs one")
     for number, node in enumerate(types if pairs else ()):  # versions of the loader differ in their default
         if (kind := node.text("an entry of type").lower()) not in TYPES:
-            raise node.error(f"type is {node.value!r}; known: 3d (the frames' origins coincide), 6d (the whole frames do)")
+            raise node.place.error(f"type is {node.value!r}; known: 3d (the frames' origins coincide), 6d (the whole frames do)")
         loops[number] = replace(loops[number], type=TYPES[kind])
     return loops
 
@@ -246,37 +228,28 @@ def _actuated(keys: Mapping[str, Node], movable: Sequence[str], retyped: Mapping
     texts = [node.text("an entry of name_mot") for node in _list(keys, "name_mot")]
     for node, text in zip(_list(keys, "name_mot"), texts, strict=True):
         if not any(text in name for name in movable):
-            raise node.error(f"name_mot has {text!r}, which is in no movable joint's name; {near_names(text, movable)}")
+            raise node.place.error(f"name_mot has {text!r}, which is in no movable joint's name; {near_names(text, movable)}")
     names: list[str] = []
     for name in (name for name in movable if any(text in name for text in texts)):
-        if name in retyped and JOINT_TYPES[str(retyped[name].type)].turns is Axes.ALL:
-            reason = f"the joint {name!r} is spherical, but is actuated by name_mot; only joints with one freedom can be actuated"
-            raise retyped[name].place.error(reason)
-        made = [element for element in tree_elements(retyped[name], ()) if element.tag == "joint"] if name in retyped else []
-        names += (
-            [joint.attributes["name"] for joint in made if not JOINT_TYPES[joint.attributes["type"]].is_fixed] if made else [name]
-        )
+        made = [element.attributes for element in (tree_elements(retyped[name]) if name in retyped else ())]
+        names += [joint["name"] for joint in made if joint.get("type", "fixed") != "fixed"] if made else [name]
     return tuple(names) if "name_mot" in keys else None
 
 
 def _retyped(source: SourceRobot, keys: Mapping[str, Node], movable: Sequence[str]) -> dict[str, ForeignJoint]:
-    for key, other in (("joint_name", "joint_type"), ("joint_type", "joint_name")):
-        if key in keys and other not in keys:
-            raise keys[key].error(f"there is {key} but no {other}; they are lists of the same length")
     names, types = _list(keys, "joint_name"), _list(keys, "joint_type")
     if len(names) != len(types):
-        raise keys["joint_type"].error(f"joint_type has {len(types)} entries, and joint_name has {len(names)}")
+        given = keys.get("joint_type") or keys["joint_name"]
+        raise given.place.error(f"joint_type has {len(types)} entries, and joint_name has {len(names)}; each joint needs one")
     retyped: dict[str, ForeignJoint] = {}
     for name_node, type_node in zip(names, types, strict=True):
         name, kind = name_node.text("an entry of joint_name"), type_node.text("an entry of joint_type")
         if name not in movable:
             what = "is fixed in the URDF" if name in source.joints else "does not exist"
-            raise name_node.error(f"joint_name has {name!r}, which {what}; {near_names(name, movable)}")
-        if name in retyped:
-            raise name_node.error(f"joint_name has {name!r} twice")
+            raise name_node.place.error(f"joint_name has {name!r}, which {what}; {near_names(name, movable)}")
         if kind not in RETYPED:
             reason = f"joint_type of {name!r} is {kind!r}, whose axes are not known here; known: {', '.join(RETYPED)}"
-            raise type_node.error(f"{reason}. Write its revolutes into the URDF, and take it out of joint_name")
+            raise type_node.place.error(f"{reason}. Write its revolutes into the URDF, and take it out of joint_name")
         joint, (type_name, axis, axis2) = source.joints[name], RETYPED[kind]
         ends = (joint.parent, joint.origin, joint.child, AT_LINK)
         retyped[name] = ForeignJoint(name, type_name, *ends, axis, name_node.place, axis2=axis2)

@@ -7,20 +7,16 @@ joint a ``<mimic>``. What statics of the mechanism does not need is ignored with
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Inertia, Link, Origin
-from kinetostatics.description.fields import Place, Vector
+from kinetostatics.description.fields import Place
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.joints import Mimic
 from kinetostatics.exceptions import RobotFileError
-from kinetostatics.files.foreign_loops import RELAXED, ForeignJoint, free_name, graph_elements, spring
-from kinetostatics.files.urdf import plain_transmission
+from kinetostatics.files.foreign_loops import ForeignJoint, between, graph, spring, unit
 from kinetostatics.files.xml import XmlElement
 
 Matrix = NDArray[np.float64]
@@ -64,27 +60,20 @@ class _Reader:
     def robot(self) -> XmlElement:
         model = self.model
         mimics, closed = self._equalities()
-        driven = self._driven(mimics)
-        chains = [joint for body in range(1, model.nbody) for joint in self._chain(body, mimics, driven)]
-        springs = sum(bool(joint.stiffness) for joint in chains)
-        if springs:
-            self.warnings.append(f"{self.place}: {RELAXED.format(springs)}")
+        chains = [joint for body in range(1, model.nbody) for joint in self._chain(body, mimics)]
         between = [joint.successor for joint in chains if joint.successor not in self.links]
         links = [self._link(body) for body in range(model.nbody)] + [Link(name, place=self.place) for name in between]
-        drives = [plain_transmission(name, self.place) for name in driven]
+        oblique = np.count_nonzero(model.jnt_stiffness) - sum(bool(joint.stiffness) for joint in chains)
         for count, what in (
             (model.ntendon, "tendons"),
             (model.nflex, "flexible bodies"),
-            (
-                np.count_nonzero(model.jnt_stiffness) - springs,
-                "springs of joints that are actuated or not along an axis of a body",
-            ),
+            (oblique, "springs of joints that are not along an axis of a body"),
             (model.npair, "contact pairs"),
         ):
             if count:
                 self.warnings.append(f"{self.place}: {what} are ignored ({count} of them).")
         name = model.names.split(b"\0")[0].decode() or "robot"
-        return XmlElement("robot", {"name": name}, (*graph_elements(links, [*chains, *closed], "world"), *drives), self.place)
+        return graph(name, links, [*chains, *closed], self._driven(mimics), self.place, self.warnings)
 
     def _link(self, body: int) -> Link:
         model, state = self.model, self.state
@@ -95,38 +84,29 @@ class _Reader:
         inertia = Inertia((xx, 0.0, 0.0, yy, 0.0, zz), origin.rpy)
         return Link(self.links[body], float(model.body_mass[body]), origin.xyz, inertia, has_inertial=True, place=self.place)
 
-    def _chain(self, body: int, mimics: dict[int, Mimic], driven: Collection[str]) -> list[ForeignJoint]:
+    def _chain(self, body: int, mimics: dict[int, Mimic]) -> list[ForeignJoint]:
         """Return the joints between a body and its parent, with massless links between them at the frame of the body."""
         model, parent = self.model, int(self.model.body_parentid[body])
         numbers = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
         above, above_frame, frame = self.links[parent], self.frames[parent], self.frames[body]
         if not numbers:
-            return [self._joint(f"{self.links[body]}_fixed", "fixed", (above, above_frame), (self.links[body], frame), frame)]
+            ends = (above, above_frame, frame), (self.links[body], frame, frame)
+            return [between(f"{self.links[body]}_fixed", "fixed", ends, None, self.place, closes=False)]
         result: list[ForeignJoint] = []
         for number in numbers:
-            last = number == numbers[-1]
-            name, below = self.joints[number], self.links[body] if last else f"{self.joints[number]}_body"
-            axis = _unit(model.jnt_axis[number])
-            at = frame @ _matrix(model.jnt_pos[number], np.eye(3))
-            kind, limits = TYPES[model.jnt_type[number]], dict[str, float]()
-            if JOINT_TYPES[kind].is_free:
-                at = frame
+            kind, axis = TYPES[model.jnt_type[number]], unit(model.jnt_axis[number])
+            more: dict[str, Keyword] = {"mimic": mimics.get(number)}
             if JOINT_TYPES[kind].is_single and model.jnt_limited[number]:
-                zero = model.qpos0[model.jnt_qposadr[number]]
-                limits["lower"], limits["upper"] = (model.jnt_range[number] - zero).tolist()
+                lower, upper = (model.jnt_range[number] - model.qpos0[model.jnt_qposadr[number]]).tolist()
+                more["limits"] = {"lower": lower, "upper": upper}
                 kind = {"continuous": "revolute"}.get(kind, kind)
-            joint = self._joint(name, kind, (above, above_frame), (below, frame), at, axis)
-            stiffness = () if name in driven else spring(JOINT_TYPES[kind], axis, float(model.jnt_stiffness[number]))
-            result.append(replace(joint, limits=limits, mimic=mimics.get(number), stiffness=stiffness))
+            more["stiffness"] = spring(JOINT_TYPES[kind], axis, float(model.jnt_stiffness[number]))
+            at = frame if JOINT_TYPES[kind].is_free else frame @ _matrix(model.jnt_pos[number], np.eye(3))
+            below = self.links[body] if number == numbers[-1] else f"{self.joints[number]}_body"
+            ends = (above, above_frame, at), (below, frame, at)
+            result.append(between(self.joints[number], kind, ends, axis, self.place, closes=False, **more))
             above, above_frame = below, frame
         return result
-
-    def _joint(
-        self, name: str, kind: str, first: tuple[str, Matrix], second: tuple[str, Matrix], at: Matrix, axis: Vector | None = None
-    ) -> ForeignJoint:
-        (one, one_frame), (other, other_frame) = first, second
-        ends = Origin.of(np.linalg.solve(one_frame, at)), Origin.of(np.linalg.solve(other_frame, at))
-        return ForeignJoint(name, kind, one, ends[0], other, ends[1], axis, self.place, closes=False)
 
     def _equalities(self) -> tuple[dict[int, Mimic], list[ForeignJoint]]:
         """Return the coupled joints by number, and the loops."""
@@ -154,11 +134,9 @@ class _Reader:
                     at = [_matrix(data[:3], np.eye(3)), _matrix(data[3:6], np.eye(3))]
                 else:
                     at = [_matrix(data[3:6], self._rotation(data[6:10])), _matrix(data[:3], np.eye(3))]
-                one, other = (self.links[body] for body in bodies)
                 kind_name = "spherical" if kind == kinds.mjEQ_CONNECT else "fixed"
-                ends = (one, Origin.of(at[0]), other, Origin.of(at[1]))
-                name = free_name(name or f"{one}_{other}", (*self.joints, *(loop.name for loop in loops)))
-                loops.append(ForeignJoint(name, kind_name, *ends, None, self.place))
+                ends = [(self.links[body], np.eye(4), frame) for body, frame in zip(bodies, at, strict=True)]
+                loops.append(between("" if name in self.joints else name, kind_name, ends, None, self.place))
             else:
                 self.warnings.append(f"{self.place}: {label} is neither connect, weld nor a pair of joints, and is ignored.")
         return mimics, loops
@@ -192,8 +170,3 @@ def _matrix(point: Matrix, rotation: Matrix) -> Matrix:
     result = np.eye(4)
     result[:3, :3], result[:3, 3] = np.reshape(rotation, (3, 3)), point
     return result
-
-
-def _unit(axis: Matrix) -> Vector:
-    x, y, z = (axis / np.linalg.norm(axis)).tolist()
-    return x, y, z

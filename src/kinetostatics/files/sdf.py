@@ -22,8 +22,7 @@ from kinetostatics.description.joints import X, Y
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.attributes import number_of
 from kinetostatics.files.element_tables import MOMENTS
-from kinetostatics.files.foreign_loops import RELAXED, ForeignJoint, graph_elements, spring
-from kinetostatics.files.urdf import plain_transmission
+from kinetostatics.files.foreign_loops import ForeignJoint, Z, between, graph, spring, unit
 from kinetostatics.files.xml import XmlElement
 
 #: Types of joints: name here.
@@ -33,35 +32,36 @@ TYPES = {
 }
 #: Types of bushings: those whose freedoms are along and about the axes of one frame.
 BUSHINGS = [kind for kind in JOINT_TYPES.values() if kind.in_loop and kind.turns is not Axes.BOTH and kind.name != "revolute"]
-Z: Vector = (0.0, 0.0, 1.0)
 #: Limits at and above this number mean none, as in files that Gazebo writes [rad, m].
 UNLIMITED = 1e15
 #: Versions in which axes are always in the model's frame.
 OLD = ("1.0", "1.1", "1.2", "1.3", "1.4")
 Matrix = NDArray[np.float64]
 Frames = Mapping[str, tuple[str, Matrix]]
+Ends = Iterable[tuple[str, Matrix]]
 
 
 def _word(element: XmlElement | None, tag: str) -> str:
     """Return the text of a child element, which Drake's URDF has as ``name`` or ``value``."""
     child = None if element is None else element.child(tag)
-    if child is None:
-        return ""
-    text = "".join(part for part in child.content if isinstance(part, str)).strip()
-    return text or child.attributes.get("name") or child.attributes.get("value", "")
+    return "" if child is None else _text(child) or child.attributes.get("name") or child.attributes.get("value", "")
+
+
+def _text(element: XmlElement) -> str:
+    return "".join(part for part in element.content if isinstance(part, str)).strip()
 
 
 def _numbers(element: XmlElement, text: str, count: int) -> list[float]:
     try:
         numbers = [number_of(word, is_part=True) for word in text.split()]
+        if len(numbers) != count:
+            raise ArgumentError(f"must be {count} numbers")
+        return numbers
     except ArgumentError as error:
         raise element.error(f"{text!r} of {element.label} {error}") from None
-    if len(numbers) != count:
-        raise element.error(f"{text!r} of {element.label} must be {count} numbers")
-    return numbers
 
 
-def _pose(element: XmlElement) -> NDArray[np.float64]:
+def _pose(element: XmlElement) -> Matrix:
     pose = element.child("pose")
     if pose is not None and pose.attributes.get("rotation_format", "euler_rpy") != "euler_rpy":
         raise pose.error(f"<pose> of {element.label} has a quaternion; write roll, pitch and yaw")
@@ -78,7 +78,7 @@ def _base_of(element: XmlElement, default: str) -> str:
     return given.get("relative_to") or given.get("frame") or default
 
 
-def _known(element: XmlElement, name: str, frames: Frames) -> tuple[str, NDArray[np.float64]]:
+def _known(element: XmlElement, name: str, frames: Frames) -> tuple[str, Matrix]:
     if name not in frames:
         raise element.error(f"{element.label} refers to the frame {name!r}, which does not exist; {near_names(name, frames)}")
     return frames[name]
@@ -103,19 +103,16 @@ def read_joint(element: XmlElement, frames: Frames, version: str) -> ForeignJoin
             vector = frame[:3, :3].T @ turn @ vector
         if not vector.any():
             raise axis.error(f"the axis of {element.label} is zero")
-        x, y, z = (vector / np.linalg.norm(vector)).tolist()
-        axes.append((x, y, z))
+        axes.append(unit(vector))
         limits = limits or _limits(axis)
         (stiffness,) = _numbers(axis, _word(axis.child("dynamics"), "spring_stiffness") or "0", 1)
-    name = TYPES[kind]
-    bounded = {"lower", "upper"} <= set(limits)
-    if JOINT_TYPES[name].is_hinge and not bounded:
-        name = "continuous"
-    if not JOINT_TYPES[name].is_single:
-        limits = {}
+    of_kind = JOINT_TYPES[TYPES[kind]]
+    if of_kind.is_hinge and "lower" not in limits:
+        of_kind = JOINT_TYPES["continuous"]
     first, second, *_ = (*axes, Z, Z)
-    joint = _between(element, name, first if JOINT_TYPES[name].has_axis else None, ((parent, frame), (child, frame)), frames)
-    return replace(joint, axis2=second, limits=limits, stiffness=spring(JOINT_TYPES[name], first, stiffness))
+    joint = _between(element, of_kind.name, first if of_kind.has_axis else None, ((parent, frame), (child, frame)), frames)
+    limits = limits if of_kind.is_single else {}
+    return replace(joint, axis2=second, limits=limits, stiffness=spring(of_kind, first, stiffness))
 
 
 def read_drake(model: XmlElement, frames: Frames) -> Iterator[ForeignJoint]:
@@ -143,7 +140,7 @@ def read_drake(model: XmlElement, frames: Frames) -> Iterator[ForeignJoint]:
         yield replace(_between(element, kind.name, axis if kind.has_axis else None, ends, frames), stiffness=stiffness)
 
 
-def _point(element: XmlElement, text: str) -> NDArray[np.float64]:
+def _point(element: XmlElement, text: str) -> Matrix:
     x, y, z = _numbers(element, text, 3)
     return Origin((x, y, z)).matrix
 
@@ -153,12 +150,10 @@ def _free(kind: JointType, axis: Vector) -> list[bool]:
     return [bool(direction.any()) for directions in kind.axes(np.array(axis)) for direction in directions]
 
 
-def _between(
-    element: XmlElement, kind: str, axis: Vector | None, ends: Iterable[tuple[str, Matrix]], frames: Frames
-) -> ForeignJoint:
-    """Return the joint between frames, given by their link and their pose relative to the model."""
-    (first, first_end), (second, second_end) = ((link, Origin.of(np.linalg.solve(frames[link][1], at))) for link, at in ends)
-    return ForeignJoint(element.attributes.get("name", ""), kind, first, first_end, second, second_end, axis, element.place)
+def _between(element: XmlElement, kind: str, axis: Vector | None, ends: Ends, frames: Frames) -> ForeignJoint:
+    """Return the joint between two frames, given by their link and their pose relative to the model."""
+    with_links = ((link, frames[link][1], at) for link, at in ends)
+    return between(element.attributes.get("name", ""), kind, with_links, axis, element.place)
 
 
 def _limits(axis: XmlElement) -> dict[str, float]:
@@ -185,31 +180,22 @@ def robot_element(root: XmlElement, warnings: list[str]) -> XmlElement:
     for tag in ("model", "include"):
         for nested in model.named(tag):
             raise nested.error(f"the model contains a <{tag}>; write it as one model by: gz sdf -p {root.place.file}")
-    version, frames = root.attributes.get("version", "1.8"), dict[str, tuple[str, NDArray[np.float64]]]()
+    version = root.attributes.get("version", "1.8")
     holders = {element.attributes.get("name", ""): element for tag in ("link", "frame", "joint") for element in model.named(tag)}
-    frames |= {name: (name, np.eye(4)) for name in ("world", "__model__") if name not in holders}
+    frames = {name: (name, np.eye(4)) for name in ("world", "__model__") if name not in holders}
     for name in holders:
         _resolve(name, holders, frames, ())
     links = [_link(element) for element in model.named("link")]
     joints = [replace(read_joint(element, frames, version), closes=False) for element in model.named("joint")]
-    driven = dict.fromkeys(_driven(model))
-    joints = [replace(joint, stiffness=()) if joint.name in driven else joint for joint in joints]
-    if springs := sum(bool(joint.stiffness) for joint in joints):
-        warnings.append(f"{model.place}: {RELAXED.format(springs)}")
     joints += read_drake(model, frames)
     if "world" not in holders and any("world" in (joint.predecessor, joint.successor) for joint in joints):
         links.insert(0, Link("world", place=model.place))
     if not links:
         raise model.error("the model has no links")
-    tree = graph_elements(links, joints, links[0].name)
-    drives = [plain_transmission(name, model.place) for name in driven]
-    names = {"name": model.attributes.get("name", "robot")}
-    return XmlElement("robot", names, (*tree, *drives), Place(root.place.file))
+    return graph(model.attributes.get("name", "robot"), links, joints, _driven(model), Place(root.place.file), warnings)
 
 
-def _resolve(
-    name: str, holders: Mapping[str, XmlElement], frames: dict[str, tuple[str, NDArray[np.float64]]], below: tuple[str, ...]
-) -> None:
+def _resolve(name: str, holders: Mapping[str, XmlElement], frames: dict[str, tuple[str, Matrix]], below: tuple[str, ...]) -> None:
     """Add the frame of a link, frame or joint to ``frames``, after those to which its pose is relative."""
     if name in frames:
         return
@@ -241,4 +227,4 @@ def _driven(model: XmlElement) -> Iterator[str]:
     """Yield the joints that a controller of Gazebo commands: ``<joint_name>`` of plugins, except the publisher of states."""
     for plugin in model.named("plugin"):
         if "state-publisher" not in plugin.attributes.get("filename", ""):
-            yield from (_word(plugin, "joint_name") for entry in plugin.named("joint_name")[:1])
+            yield from map(_text, plugin.named("joint_name"))

@@ -200,7 +200,7 @@ def test_loop_closures_of_exporters_close_loops(name, folder, tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('type="revolute">\n    <parent ', 'type="hinge">\n    <parent ', "has the type 'hinge', which is unknown; known: "),
+        ('type="revolute">\n    <parent ', 'type="hinge">\n    <parent ', "has the type 'hinge'; known: "),
         ("<child_axis", "<child_axi", "<child_axi> does not belong in <constraint> 'wrist'; did you mean 'child_axis'"),
         ('<child_axis xyz="0 0 1"', '<child_axis xyz="0 1 0"', "is revolute, and its axis differs in its two frames"),
         (
@@ -312,7 +312,7 @@ def test_springs_of_passive_joints_in_mjcf_are_elastic(tmp_path):
     assert robot.description.joint_stiffness["h"].angular == (np.inf, 40, np.inf)
     said = " ".join(robot.description.warnings)
     assert "springs of joints count as relaxed at each analysed pose (1 of them)" in said
-    assert "springs of joints that are actuated or not along an axis of a body are ignored (1 of them)" in said
+    assert "springs of joints that are not along an axis of a body are ignored (1 of them)" in said
     path.write_text(f"<mujoco><worldbody>{plate.replace('FURTHER', '')}</worldbody></mujoco>")
     robot = ks.load_robot(path, platform_link="plate")
     assert ks.analyze(robot.assemble(), load=(0, 0, 0, 0, 3, 0)).twist[4] == pytest.approx(3 / 40, rel=1e-9)
@@ -327,8 +327,11 @@ def test_springs_of_sdf_are_elastic_but_those_of_actuated_joints(tmp_path):
     robot = ks.load_robot(path, platform_link="plate")
     assert "springs of joints count as relaxed at each analysed pose (1 of them)" in " ".join(robot.description.warnings)
     assert ks.analyze(robot.assemble(), load=(0, 0, 0, 0, 3, 0)).twist[4] == pytest.approx(3 / 40, rel=1e-9)
-    path.write_text(text.replace("</model>", '<plugin filename="c"><joint_name>h</joint_name></plugin></model>'))
-    assert not ks.load_robot(path, platform_link="plate").description.joint_stiffness
+    tip = joint.replace(">plate<", ">tip<").replace('"h"', '"other"').replace("world", "plate")
+    driven = "<plugin filename='c'><joint_name>h</joint_name><joint_name>other</joint_name></plugin>"
+    path.write_text(text.replace("</model>", f'<link name="tip">{link}</link>{tip}{driven}</model>'))
+    description = ks.load_robot(path, platform_link="tip").description
+    assert description.actuated == ("h", "other") and not description.joint_stiffness
 
 
 def test_actuators_of_tendons_drive_the_joint_that_all_their_joints_follow(tmp_path):
