@@ -24,7 +24,7 @@ COMMAND_ONLY = set(
     (
         "full only json out near robot load_on payload_center payload_link top what components table hinge_axis quiet list "
         "copy pareto points plan load_case read readings sweep modes html screenshot live meshcat colour view source "
-        "elastic joint_stiffness yaml types axes jacobian with_respect_to scalar name picture plane fmu fmi"
+        "elastic joint_stiffness yaml types axes jacobian with_respect_to scalar name picture plane fmu fmi ros2"
     ).split()
 )
 #: Options whose argument has another name.

@@ -75,7 +75,8 @@ def _export(args: argparse.Namespace) -> int:
         robot = load_robot(args)
         orientation = given_of(("orientation",), args)
         near = near_pose(robot, args.near, orientation) if args.near else None
-        usual = ("actuators", "actuator_forces", "residual_error") if args.compensate else ("actuator_forces", "twist")
+        usual = ["actuators", "actuator_forces"] if args.compensate or args.ros2 else ["actuator_forces", "twist"]
+        usual += ["residual_error"] if args.compensate else []
         options = {} if near and not args.inputs else orientation
         function = EXPORT.called()(
             robot, args.inputs or None, outputs=args.outputs or usual, compensate=args.compensate, **options
@@ -84,10 +85,15 @@ def _export(args: argparse.Namespace) -> int:
         if args.jacobian:
             inputs = [name for name in function.inputs if name not in ("load", "gravity")]
             exported = function.jacobian(args.jacobian, args.with_respect_to or inputs)
-        if args.fmu or args.fmi:
+        if args.fmu or args.fmi or args.ros2:
             if args.jacobian or args.scalar:
-                raise ArgumentError("--fmu takes neither --jacobian nor --scalar")
-            function.export_fmu(args.out, near=near, **given_of(("name", "fmi"), args))
+                raise ArgumentError(f"{'--ros2' if args.ros2 else '--fmu'} takes neither --jacobian nor --scalar")
+            if args.ros2:
+                from kinetostatics.functions import export_ros2
+
+                export_ros2(function, args.out, near=near, **given_of(("name",), args))
+            else:
+                function.export_fmu(args.out, near=near, **given_of(("name", "fmi"), args))
             print(f"wrote {args.out}")
             return 0
         code = exported.export_c(args.out, near=near, **given_of(("scalar", "name"), args))
@@ -134,6 +140,7 @@ EXPORT = Command(
         "scalar": Argument("text", "type of arguments and results: double (default) or float", "TYPE"),
         "fmu": Argument("flag", "write a functional mock-up unit (FMI, co-simulation, sources) instead: --out robot.fmu"),
         "fmi": Argument("count", "version of the unit's standard: 3 (default) or 2", "N"),
+        "ros2": Argument("flag", "write a ROS 2 package with controllers of ros2_control instead"),
         "name": Argument("text", "prefix of all names in C (default: the robot's name)", "NAME"),
         "out": Argument("text", "the folder of the files, or the .fmu file", "FOLDER"),
     },
@@ -143,6 +150,7 @@ EXPORT = Command(
     examples="""
 export 3rps --platform z rx ry --outputs actuator_forces twist --out controller
 export 3rps --platform z rx ry --fmu --out robot.fmu
+export 3rps --platform z rx ry --compensate --ros2 --out 3rps_control
 export ur10 --outputs actuator_forces --out controller --scalar float
 export 3rps --platform z rx ry --compensate --out controller
 export 3rps --platform z rx ry --jacobian actuator_forces twist --by z rx ry load --out controller

@@ -1,6 +1,7 @@
 from .c_export import CExport
 from .function import Function, Jacobian
 from .inputs_outputs import Quantity, Values
+from .ros2 import export_ros2
 
 __all__ = [
     "CExport",
@@ -8,4 +9,5 @@ __all__ = [
     "Jacobian",
     "Quantity",
     "Values",
+    "export_ros2",
 ]

@@ -89,21 +89,31 @@ def export_c(
             invalid; or the files cannot be written.
     """
     check_choice("scalar", scalar, tuple(SCALARS))
-    where = Path(path_name("folder", folder))
-    if where.exists() and not where.is_dir():
-        raise ArgumentError(f"{where} is a file: the C code needs a folder")
     prefix = identifier(function.robot.name if name is None else name)
     start, parts = recorded(function, near, jacobian)
     references = _references(parts, jacobian, start, REFERENCES, SCALARS[scalar])
     texts = files(prefix, scalar, parts, _test_program(prefix, scalar, parts, references))
-    try:
-        where.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ArgumentError(f"{where} cannot be written: {error.strerror or error}") from None
+    where = write_files(folder, texts)
+    return CExport(where, tuple(texts), prefix, (parts.line.newton.operations, parts.pose.operations), 8 * parts.work)
+
+
+def write_files(folder: str | os.PathLike[str], texts: Mapping[str, str]) -> Path:
+    """Write texts by their paths in a folder, all or none, and return the folder.
+
+    Raises:
+        ArgumentError: the files cannot be written.
+    """
+    where = Path(path_name("folder", folder))
+    if where.exists() and not where.is_dir():
+        raise ArgumentError(f"{where} is a file: the exported files need a folder")
     with contextlib.ExitStack() as all_or_none:
         for file, text in texts.items():
+            try:
+                (where / file).parent.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise ArgumentError(f"{where} cannot be written: {error.strerror or error}") from None
             all_or_none.enter_context(replacing(where / file)).write_text(text, encoding="utf-8")
-    return CExport(where, tuple(texts), prefix, (parts.line.newton.operations, parts.pose.operations), 8 * parts.work)
+    return where
 
 
 def recorded(

@@ -245,10 +245,10 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
     first = np.concatenate([np.reshape(array, (-1, 1)) for array in begun(platform, twist)])
     drives = np.zeros((len(actuated), 1))
     return SearchPrograms(
-        _program("begin", {"frame": platform, "twist": twist}, begun),
-        _program("update", {"state": first, "frame": platform, "twist": twist}, updated),
-        _program("remaining", {"target": platform, "frame": platform, "twist": twist}, remaining),
-        _program("correct", {"target": drives, "found": drives}, corrected),
+        array_program("begin", {"frame": platform, "twist": twist}, begun),
+        array_program("update", {"state": first, "frame": platform, "twist": twist}, updated),
+        array_program("remaining", {"target": platform, "frame": platform, "twist": twist}, remaining),
+        array_program("correct", {"target": drives, "found": drives}, corrected),
         len(first),
         least,
         arrival_tolerance(robot),
@@ -259,7 +259,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
     )
 
 
-def _program(name: str, examples: Mapping[str, Array], computed: Callable[..., Sequence[Array]]) -> CProgram:
+def array_program(name: str, examples: Mapping[str, Array], computed: Callable[..., Sequence[Array]]) -> CProgram:
     """Return the program of a function of arrays (k, 1), recorded at examples; its last result is whether all guards are met."""
     tape = Tape()
     record = program_of(tape, [*examples.values()], lambda *inputs: [*computed(*inputs), guards_met(tape)])
