@@ -155,6 +155,9 @@ def test_broadcaster_closes_other_robots(name, tmp_path):
     model = pin.buildModelFromUrdf(str(tmp_path / "package/it.urdf"))
     driver = built(tmp_path / "package", tmp_path)
     row = [float(pose.actuators[joint]) for joint in robot.actuator_names]
+    _, (commands,), _ = driven(driver, "it_control::PoseController", [row])
+    forces = ks.analyze(robot.assemble(actuators=dict(zip(robot.actuator_names, row, strict=True)))).actuator_forces
+    np.testing.assert_allclose(np.array(commands, float), [*row, *forces.values()], rtol=1e-7, atol=1e-9)
     _, (line,), _ = driven(driver, "it_control::PassiveJointBroadcaster", [row])
     position = dict(zip(line[1::2], map(float, line[2::2]), strict=True)) | dict(zip(robot.actuator_names, row, strict=True))
     assert_frames(model, position, robot, robot.assemble(actuators=dict(zip(robot.actuator_names, row, strict=True))), 0)

@@ -75,6 +75,19 @@ def test_forces_and_displacements_of_links_are_reciprocal(pose):
     np.testing.assert_allclose(gain[:6, 6:] @ [30.0, -20.0, 10.0, 1.0, 2.0, 3.0], loaded.twist, rtol=1e-9, atol=1e-16)
 
 
+@pytest.mark.parametrize("count", [2, 6])
+def test_left_out_modes_have_the_stated_bound(pose, count):
+    """A mode left out at f_k has φ²/ω_k² in the feedthrough D, instead of φ²/(ω_k² − ω²): with r = f/f_k, D r²/(1 − r²) less."""
+    model = ks.modes(pose, count).state_space(damping=0.0)
+    following = ks.modes(pose, count + 1).frequencies[-1]
+    frequencies = np.linspace(0.01, 0.95, 200) * following
+    exact = ks.frequency_response(pose, frequencies, damping=0.0).compliance
+    for k, frequency in enumerate(frequencies):
+        square, own = (frequency / following) ** 2, response(model, frequency).diagonal()
+        bound = model.D.diagonal() * square / (1 - square)
+        assert np.all(np.abs(own - exact[k].diagonal()) <= bound * (1 + 1e-6) + 1e-9 * np.abs(exact[k]).max())
+
+
 def test_more_modes_are_nearer_to_the_frequency_response(pose):
     """Between the kept modes the residual flexibility leaves an error that decreases with their number."""
     exact = ks.frequency_response(pose, [100.0], damping=0.0).compliance[0]
