@@ -154,12 +154,19 @@ def axis_of(pose, name):
     return (end - start) / np.linalg.norm(end - start)
 
 
-def test_actuators_move_by_their_force_times_compliance(driven):
-    actuators = ("prismatic_1", "prismatic_2", "prismatic_3")
-    model = ks.modes(driven, 9).state_space(outputs=actuators)
-    loads = ks.analyze(driven, gravity=(0, 0, 0), load=np.eye(6)).actuator_forces
-    expected = [-loads[name] / stiffness for name, stiffness in zip(actuators, (2e6, 3e6, 5e6), strict=True)]
-    np.testing.assert_allclose(response(model, 0.0).real, expected, rtol=1e-8, atol=1e-10 * np.abs(expected).max())
+@pytest.mark.few(4)
+@pytest.mark.parametrize("name", package_robots.NAMES)
+def test_actuators_move_by_their_force_times_compliance(name):
+    """Slides and hinges, in limbs and in telescopic rods, on either side of their joints."""
+    description, rng = package_robots.robot(name).description, np.random.default_rng(1)
+    stiffnesses = {actuator: float(rng.uniform(1e5, 1e6)) for actuator in description.actuated}
+    for actuator, stiffness in stiffnesses.items():
+        description = description.with_part(JointStiffness(actuator, drive=stiffness))
+    pose = package_robots.generic_pose(name, description)
+    forces = ks.analyze(pose, gravity=(0, 0, 0), load=np.eye(6)).actuator_forces
+    expected = np.array([-forces[actuator] / stiffness for actuator, stiffness in stiffnesses.items()])
+    gain = response(ks.modes(pose, 6).state_space(outputs=tuple(stiffnesses)), 0.0).real
+    np.testing.assert_allclose(gain, expected, rtol=1e-7, atol=1e-9 * np.abs(expected).max())
 
 
 def test_actuators_are_reciprocal_with_points(driven):
