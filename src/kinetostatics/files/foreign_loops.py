@@ -108,12 +108,10 @@ class SourceRobot:
     def frame(self, name: str, place: Place) -> tuple[str, Origin]:
         """Return the link and the origin on it of one of Pinocchio's frames, which has the name of a link or joint.
 
-        Exporters mark a frame by a link fixed to its parent. For such a link, the parent and the fixed joint's origin are
-        returned.
+        For a link fixed to its parent, by which exporters mark a frame, it is the parent, and the fixed joint's origin.
         """
         if name not in {**self.links, **self.joints}:
-            near = near_names(name, [*self.links, *self.joints])
-            raise place.error(f"there is no link or joint {name!r} in {self.path}; {near}")
+            raise place.error(f"there is no link or joint {name!r}; {near_names(name, [*self.links, *self.joints])}")
         joint = self.joints.get(name) or self.parent_joints.get(name)
         if joint is not None and JOINT_TYPES[joint.type].is_fixed:
             return joint.parent, joint.origin

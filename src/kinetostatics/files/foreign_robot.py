@@ -22,6 +22,9 @@ from kinetostatics.files.rules import read_loops
 from kinetostatics.files.urdf import OFFERED, connected_links, plain_transmission, read_joints, read_links
 from kinetostatics.files.xml import XmlElement
 
+#: Missing information: options of ``kinetostatics new``, examples of their values, and descriptions.
+Missing = list[tuple[str, str, str]]
+
 
 @dataclass(frozen=True)
 class Completed:
@@ -44,10 +47,6 @@ class Completed:
         root = self.source.root
         drives = (plain_transmission(joint, root.place) for joint in self.actuated)
         return replace(root, content=(*root.content, *self.loops, *drives))
-
-
-#: Missing information: options of ``kinetostatics new``, examples of their values, and descriptions.
-Questions = list[tuple[str, str, str]]
 
 
 def completed(
@@ -124,12 +123,9 @@ def _complete(
     actuators: tuple[str, ...] | None,
 ) -> tuple[list[ForeignJoint], tuple[str, ...]]:
     """Return the loops with types and axes, and the actuated joints without a ``<transmission>``."""
-    places, names = {joint.name: joint.place for joint in source.joints.values()}, [joint.name for joint in foreign_joints]
-    for joint in foreign_joints:
-        if (other := places.setdefault(joint.name, joint.place)) is not joint.place:
-            raise joint.place.error(f"the loop's name {joint.name!r} is taken already, in {other}; rename one of them")
-        if joint.predecessor == joint.successor:
-            raise joint.place.error(f"both frames of the loop {joint.name!r} are on the link {joint.predecessor!r}")
+    names = [joint.name for joint in foreign_joints]
+    if clash := next((joint for joint in foreign_joints if joint.name in source.joints), None):
+        raise clash.place.error(f"the loop's name {clash.name!r} is taken already by a joint; rename one of them")
     if isinstance(types, str):  # one type for all loops that have none
         types = {joint.name: types for joint in foreign_joints if joint.type is None}
     for argument, given in (("types", types), ("axes", axes)):
@@ -137,7 +133,7 @@ def _complete(
             raise ArgumentError(f"{argument} must be a dict with the loops' names as keys, not {type(given).__name__}")
         if unknown := next((name for name in given or () if name not in names), None):
             raise ArgumentError(f"{argument}: there is no loop {unknown!r}; {near_names(str(unknown), names)}")
-    missing: Questions = []
+    missing: Missing = []
     written = read_loops(source.root, source.joints, [])
     platforms = [
         link for link in connected_links(source.joints, [*written.values(), *foreign_joints]) if not MARK.fullmatch(link)
@@ -163,7 +159,7 @@ def _complete(
     return loops, actuated
 
 
-def _loop(loop: ForeignJoint, given: str | None, axis: object, missing: Questions) -> ForeignJoint:
+def _loop(loop: ForeignJoint, given: str | None, axis: object, missing: Missing) -> ForeignJoint:
     """Return a loop with its type and axis; what is unknown is added to ``missing``."""
     name, allowed_types = loop.name, names_of("in_loop")
     where = f"{name} ({loop.place}), which joins {loop.predecessor} and {loop.successor}"
@@ -202,7 +198,7 @@ def _actuated(
     movable: Sequence[str],
     named: tuple[str, ...] | None,
     given: tuple[str, ...] | None,
-    missing: Questions,
+    missing: Missing,
 ) -> tuple[str, ...]:
     """Return the actuated joints without a ``<transmission>``: the ``given`` ones, those of the YAML file, or those declared."""
     transmissions = _joints_of(source.root, "transmission")

@@ -17,13 +17,13 @@ from collections.abc import Collection, Iterator, Mapping
 import numpy as np
 
 from kinetostatics.description.fields import NAME, NUMBER, POINT, TEXT, VECTOR
-from kinetostatics.description.joint_types import JOINT_TYPES, Axes
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.description.joints import Joint, Loop
 from kinetostatics.exceptions import near_names
 from kinetostatics.files import sdf
 from kinetostatics.files.attributes import ElementTable, Row, reference, row
 from kinetostatics.files.element_tables import LIMITS_OF_LOOP, limits, unlimited
-from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot
+from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, Z
 from kinetostatics.files.xml import XmlElement
 
 
@@ -65,7 +65,7 @@ COUPLING = ElementTable(
 )
 FRAME_ELEMENT = ElementTable("frame", {"": (Row("name", NAME), Row("link", TEXT), *_origin("origin"))})
 TYPES = {
-    "constraint": tuple(name for name, kind in JOINT_TYPES.items() if kind.in_loop),
+    "constraint": names_of("in_loop"),
     "loop_joint": ("fixed", "revolute", "continuous", "prismatic", "planar", "spherical"),
 }
 
@@ -79,7 +79,7 @@ def read_elements(source: SourceRobot, taken: Collection[str] = ()) -> Iterator[
             yield _two_ends(source, element)
         elif element.tag == "gazebo":
             yield from (sdf.read_joint(joint, frames, "1.6") for joint in element.named("joint"))
-    for element in source.root.named("frame") if any(":" in child.tag for child in source.root.children) else ():  # Drake's
+    for element in source.root.named("frame") if source.root.named("drake:linear_bushing_rpy") else ():
         values = FRAME_ELEMENT.read(element)
         frame = source.zero_frames[reference(element, "link", source.links, "link")] @ values["origin"].matrix
         frames[values["name"]] = values["link"], frame
@@ -132,11 +132,8 @@ def _two_ends(source: SourceRobot, element: XmlElement) -> ForeignJoint:
 
 def write_constraint(loop: Loop) -> XmlElement:
     """Return the ``<constraint>`` that is read as an equal loop; the proposal has no cone."""
-    axes = {
-        "axis": loop.axis if loop.of_type.has_axis else None,
-        "axis2": loop.axis2 if loop.of_type.turns is Axes.BOTH else None,
-    }
-    return ELEMENTS["constraint"].write(loop, given={**axes, **unlimited(loop)})
+    axis, axis2 = loop.axis if loop.of_type.has_axis else None, loop.axis2 if loop.of_type.turns is Axes.BOTH else None
+    return ELEMENTS["constraint"].write(loop, given={"axis": axis, "axis2": axis2, **unlimited(loop)})
 
 
 # ---- closing frames of onshape-to-robot ------------------------------------------------------------------------------------
@@ -150,17 +147,10 @@ Z_OFFSET, Z_TOLERANCE = 0.1, 1e-5
 
 def _closing_frames(source: SourceRobot, taken: Collection[str]) -> Iterator[ForeignJoint]:
     pairs: dict[str, dict[str, Joint]] = {}
-    for name, link in source.links.items():
-        match = FRAME.fullmatch(name)
-        if match is None or name in taken:
-            continue
-        joint = source.parent_joints.get(name)
-        if joint is None or not JOINT_TYPES[joint.type].is_fixed:
-            if source.root.child("platform") is not None:  # a file of this package, where it is a link like any other
-                continue
-            reason = f"the link {name!r} has the name of a loop's frame, but is not fixed to a link; rename it if it is none"
-            raise link.place.error(reason)
-        pairs.setdefault(match[1], {})[match[2]] = joint
+    for name in source.links:
+        match, joint = FRAME.fullmatch(name), source.parent_joints.get(name)
+        if match and name not in taken and joint is not None and JOINT_TYPES[joint.type].is_fixed:
+            pairs.setdefault(match[1], {})[match[2]] = joint
     return (_closing(source, name, sides) for name, sides in pairs.items())
 
 
@@ -173,14 +163,13 @@ def _closing(source: SourceRobot, name: str, sides: Mapping[str, Joint]) -> Fore
     revolute mates and no others; otherwise the type is unknown.
     """
     if len(sides) < 2:
-        (there, joint), *_ = sides.items()
-        missing = f"{name}_{'2' if there == '1' else '1'}"
-        reason = f"the loop's frame {joint.child!r} has no partner: there is no link {missing!r}; rename it if it closes no loop"
-        raise joint.place.error(reason)
+        ((there, joint),) = sides.items()
+        missing = f"there is no link '{name}_{'2' if there == '1' else '1'}' fixed to another one"
+        raise joint.place.error(f"the loop's frame {joint.child!r} has no partner: {missing}; rename it if it closes no loop")
     first, second = sides["1"], sides["2"]
     kind = "revolute" if all(_has_z_frame(source, joint) for joint in (first, second)) else None
-    place = source.links[first.child].place
-    return ForeignJoint(name, kind, first.parent, first.origin, second.parent, second.origin, (0.0, 0.0, 1.0), place)
+    ends = (first.parent, first.origin, second.parent, second.origin)
+    return ForeignJoint(name, kind, *ends, Z, source.links[first.child].place)
 
 
 def _has_z_frame(source: SourceRobot, joint: Joint) -> bool:

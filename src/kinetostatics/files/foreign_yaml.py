@@ -32,7 +32,7 @@ from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, Z, betw
 from kinetostatics.files.xml import read_file
 
 #: Types of Gepetto's loops by ``type``; joint types by ``joint_type``, with the axes of their turns.
-TYPES = {"3d": "spherical", "6d": "fixed"}
+TYPES = {"3d": "spherical", "3D": "spherical", "6d": "fixed", "6D": "fixed"}
 RETYPED: dict[str, tuple[str, Vector | None, Vector]] = {
     "SPHERICAL": ("spherical", None, Y),
     **{f"UJOINT_{name}": ("universal", *axes) for name, axes in (("XY", (X, Y)), ("YZ", (Y, Z)), ("ZX", (Z, X)), ("ZY", (Z, Y)))},
@@ -85,12 +85,17 @@ class Node:
             raise self.place.error(f"an entry here must be a mapping with {key!r}")
         return self.value[key]
 
-    def vector(self, key: str) -> Vector:
-        node = self.part(key)
+    def number(self, what: str) -> float:
         try:
-            x, y, z = (float(number.text(key)) for number in node.items(key))
+            return float(self.text(what))
         except ValueError:
-            raise node.place.error(f"{key} must be three numbers") from None
+            raise self.place.error(f"{what} is {self.value!r}, which is not a number") from None
+
+    def vector(self, key: str) -> Vector:
+        numbers = [node.number(key) for node in self.part(key).items(key)]
+        if len(numbers) != 3:
+            raise self.part(key).place.error(f"{key} must be three numbers")
+        x, y, z = numbers
         return x, y, z
 
 
@@ -149,7 +154,7 @@ def read(source: SourceRobot, path: str | os.PathLike[str]) -> YamlFile:
 
 def _known(node: Node, what: str, names: Collection[str]) -> str:
     if (name := node.text(what)) not in names:
-        raise node.place.error(f"{what} is {name!r}, which does not exist; {near_names(name, names)}")
+        raise node.place.error(f"{what} is {name!r}, which is unknown; {near_names(name, names)}")
     return name
 
 
@@ -180,12 +185,12 @@ def _closing_joints(source: SourceRobot, keys: Mapping[str, Node]) -> YamlFile:
         frame = parent @ Origin(node.vector("origin_xyz_m"), node.vector("origin_rpy_rad")).matrix
         joint = _closed_at_zero(source, node, ("parent", "child"), frame)
         limited = JOINT_TYPES[kind].has_limits and "limits" in node.value
-        limits = {end: float(node.part("limits").part(end).text(end)) for end in ("lower", "upper")} if limited else {}
+        limits = {end: node.part("limits").part(end).number(end) for end in ("lower", "upper")} if limited else {}
         loops.append(replace(joint, name=name, type=kind, limits=limits))
     joints = keys["joints"].value if "joints" in keys else {}
-    driven = (name for name, node in joints.items() if node.part("passive").value == "false")  # type: ignore[union-attr]
-    single = {name for name, joint in source.joints.items() if JOINT_TYPES[joint.type].is_single}
-    return YamlFile(tuple(loops), actuated=tuple(name for name in driven if name in single))
+    driven = {name for name, node in joints.items() if node.part("passive").value == "false"} if isinstance(joints, dict) else ()
+    single = (name for name, joint in source.joints.items() if JOINT_TYPES[joint.type].is_single)
+    return YamlFile(tuple(loops), actuated=tuple(name for name in single if name in driven))
 
 
 # ---- Gepetto's robot.yaml -----------------------------------------------------------------------------------------------------
@@ -204,9 +209,12 @@ def _list(keys: Mapping[str, Node], key: str) -> list[Node]:
 
 
 def _loops(source: SourceRobot, keys: Mapping[str, Node]) -> list[ForeignJoint]:
-    loops, names, pairs = list[ForeignJoint](), {*source.joints}, _list(keys, "closed_loop")
-    types = _list(keys, "type")
-    for node in pairs:
+    loops, names = list[ForeignJoint](), {*source.joints}
+    pairs, types = _list(keys, "closed_loop"), _list(keys, "type")
+    if types and len(types) != len(pairs):
+        raise keys["type"].place.error(f"type has {len(types)} entries, and closed_loop has {len(pairs)}; each loop needs one")
+    for number, node in enumerate(pairs):  # without types, because versions of the loader differ in their default
+        kind = TYPES[_known(types[number], "an entry of type", TYPES)] if types else None
         frames = [frame.text("a frame of closed_loop") for frame in node.items("an entry of closed_loop")]
         if len(frames) != 2:
             raise node.place.error(f"an entry of closed_loop must be a pair of frames, not {len(frames)} of them")
@@ -214,13 +222,7 @@ def _loops(source: SourceRobot, keys: Mapping[str, Node]) -> list[ForeignJoint]:
         name = shared if shared and shared not in names else "_".join(frames)
         names.add(name)
         (first, first_end), (second, second_end) = (source.frame(frame, node.place) for frame in frames)
-        loops.append(ForeignJoint(name, None, first, first_end, second, second_end, None, node.place))
-    if pairs and "type" in keys and len(types) != len(pairs):
-        raise keys["type"].place.error(f"type has {len(types)} entries, and closed_loop has {len(pairs)}; each loop needs one")
-    for number, node in enumerate(types if pairs else ()):  # versions of the loader differ in their default
-        if (kind := node.text("an entry of type").lower()) not in TYPES:
-            raise node.place.error(f"type is {node.value!r}; known: 3d (the frames' origins coincide), 6d (the whole frames do)")
-        loops[number] = replace(loops[number], type=TYPES[kind])
+        loops.append(ForeignJoint(name, kind, first, first_end, second, second_end, None, node.place))
     return loops
 
 
@@ -243,13 +245,8 @@ def _retyped(source: SourceRobot, keys: Mapping[str, Node], movable: Sequence[st
         raise given.place.error(f"joint_type has {len(types)} entries, and joint_name has {len(names)}; each joint needs one")
     retyped: dict[str, ForeignJoint] = {}
     for name_node, type_node in zip(names, types, strict=True):
-        name, kind = name_node.text("an entry of joint_name"), type_node.text("an entry of joint_type")
-        if name not in movable:
-            what = "is fixed in the URDF" if name in source.joints else "does not exist"
-            raise name_node.place.error(f"joint_name has {name!r}, which {what}; {near_names(name, movable)}")
-        if kind not in RETYPED:
-            reason = f"joint_type of {name!r} is {kind!r}, whose axes are not known here; known: {', '.join(RETYPED)}"
-            raise type_node.place.error(f"{reason}. Write its revolutes into the URDF, and take it out of joint_name")
+        name = _known(name_node, "an entry of joint_name", movable)
+        kind = _known(type_node, "an entry of joint_type", RETYPED)
         joint, (type_name, axis, axis2) = source.joints[name], RETYPED[kind]
         ends = (joint.parent, joint.origin, joint.child, AT_LINK)
         retyped[name] = ForeignJoint(name, type_name, *ends, axis, name_node.place, axis2=axis2)

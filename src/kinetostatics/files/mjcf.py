@@ -125,7 +125,6 @@ class _Reader:
                     raise self.place.error(f"{label} couples two joints by a curve; only a constant ratio can be a <mimic>")
                 mimics[int(first)] = Mimic(self.joints[second], float(data[1]), float(data[0]))
             elif kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
-                at = [np.eye(4), np.eye(4)]
                 bodies = [int(first), int(second)]
                 if model.eq_objtype[number] == sites:
                     at = [_matrix(model.site_pos[site], self._rotation(model.site_quat[site])) for site in bodies]

@@ -9,7 +9,7 @@ https://github.com/RobotLocomotion/drake, multibody/parsing/detail_common.h and 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -37,7 +37,7 @@ UNLIMITED = 1e15
 #: Versions in which axes are always in the model's frame.
 OLD = ("1.0", "1.1", "1.2", "1.3", "1.4")
 Matrix = NDArray[np.float64]
-Frames = Mapping[str, tuple[str, Matrix]]
+Frames = dict[str, tuple[str, Matrix]]
 Ends = Iterable[tuple[str, Matrix]]
 
 
@@ -67,7 +67,11 @@ def _pose(element: XmlElement) -> Matrix:
         raise pose.error(f"<pose> of {element.label} has a quaternion; write roll, pitch and yaw")
     x, y, z, *angles = _numbers(element, _word(element, "pose") or "0 0 0 0 0 0", 6)
     scale = math.pi / 180 if pose is not None and pose.attributes.get("degrees") == "true" else 1.0
-    roll, pitch, yaw = (angle * scale for angle in angles)
+    return _placed((x, y, z), [angle * scale for angle in angles])
+
+
+def _placed(point: Sequence[float], angles: Sequence[float] = (0.0, 0.0, 0.0)) -> Matrix:
+    (x, y, z), (roll, pitch, yaw) = point, angles
     return Origin((x, y, z), (roll, pitch, yaw)).matrix
 
 
@@ -121,13 +125,11 @@ def read_drake(model: XmlElement, frames: Frames) -> Iterator[ForeignJoint]:
     A bushing is an elastic joint, free in the directions without stiffness; its two frames coincide where it is relaxed.
     """
     for element in model.named("drake:ball_constraint"):
-        (first, at), (second, other) = (
-            _known(element, _word(element, f"drake:ball_constraint_body_{side}"), frames) for side in "AB"
-        )
-        points = [_word(element, f"drake:ball_constraint_p_{point}") for point in ("AP", "BQ")]
-        at = at @ _point(element, points[0])
-        other = other @ _point(element, points[1]) if points[1] else at  # by default they coincide with all joints at zero
-        yield _between(element, "spherical", None, ((first, at), (second, other)), frames)
+        links = [_known(element, _word(element, f"drake:ball_constraint_body_{side}"), frames) for side in "AB"]
+        words = [_word(element, f"drake:ball_constraint_p_{point}") for point in ("AP", "BQ")]
+        first = links[0][1] @ _placed(_numbers(element, words[0], 3))
+        second = links[1][1] @ _placed(_numbers(element, words[1], 3)) if words[1] else first  # the same with all joints at zero
+        yield _between(element, "spherical", None, ((links[0][0], first), (links[1][0], second)), frames)
     for element in model.named("drake:linear_bushing_rpy"):
         ends = [_known(element, _word(element, f"drake:bushing_frame{side}"), frames) for side in "AC"]
         words = [_word(element, f"drake:bushing_{what}_stiffness") for what in ("force", "torque")]
@@ -138,11 +140,6 @@ def read_drake(model: XmlElement, frames: Frames) -> Iterator[ForeignJoint]:
             raise element.error(f"{element.label} has no stiffness in directions that are together the freedoms of no joint type")
         kind, axis = fitting[0]
         yield replace(_between(element, kind.name, axis if kind.has_axis else None, ends, frames), stiffness=stiffness)
-
-
-def _point(element: XmlElement, text: str) -> Matrix:
-    x, y, z = _numbers(element, text, 3)
-    return Origin((x, y, z)).matrix
 
 
 def _free(kind: JointType, axis: Vector) -> list[bool]:
@@ -157,14 +154,11 @@ def _between(element: XmlElement, kind: str, axis: Vector | None, ends: Ends, fr
 
 
 def _limits(axis: XmlElement) -> dict[str, float]:
-    limit, result = axis.child("limit"), dict[str, float]()
-    for name in ("lower", "upper", "effort", "velocity"):
-        if text := _word(limit, name):
-            (value,) = _numbers(axis, text, 1)
-            if abs(value) < UNLIMITED and (value >= 0 or name in ("lower", "upper")):
-                result[name] = value
-    one_sided = ("lower" in result) != ("upper" in result)
-    return {name: value for name, value in result.items() if not one_sided or name in ("effort", "velocity")}
+    words = {name: _word(axis.child("limit"), name) for name in ("lower", "upper", "effort", "velocity")}
+    numbers = {name: _numbers(axis, word, 1)[0] for name, word in words.items() if word}
+    limits = {name: number for name, number in numbers.items() if abs(number) < UNLIMITED}
+    rates = {name: limits[name] for name in ("effort", "velocity") if limits.get(name, -1) >= 0}
+    return {"lower": limits["lower"], "upper": limits["upper"], **rates} if {"lower", "upper"} <= set(limits) else rates
 
 
 def robot_element(root: XmlElement, warnings: list[str]) -> XmlElement:
@@ -177,9 +171,8 @@ def robot_element(root: XmlElement, warnings: list[str]) -> XmlElement:
     if len(models) != 1:
         raise root.error(f"the file has {len(models)} models; a robot file has one")
     (model,) = models
-    for tag in ("model", "include"):
-        for nested in model.named(tag):
-            raise nested.error(f"the model contains a <{tag}>; write it as one model by: gz sdf -p {root.place.file}")
+    for nested in (*model.named("model"), *model.named("include")):
+        raise nested.error(f"the model contains a <{nested.tag}>; write it as one model by: gz sdf -p {root.place.file}")
     version = root.attributes.get("version", "1.8")
     holders = {element.attributes.get("name", ""): element for tag in ("link", "frame", "joint") for element in model.named(tag)}
     frames = {name: (name, np.eye(4)) for name in ("world", "__model__") if name not in holders}
@@ -195,7 +188,7 @@ def robot_element(root: XmlElement, warnings: list[str]) -> XmlElement:
     return graph(model.attributes.get("name", "robot"), links, joints, _driven(model), Place(root.place.file), warnings)
 
 
-def _resolve(name: str, holders: Mapping[str, XmlElement], frames: dict[str, tuple[str, Matrix]], below: tuple[str, ...]) -> None:
+def _resolve(name: str, holders: Mapping[str, XmlElement], frames: Frames, below: tuple[str, ...]) -> None:
     """Add the frame of a link, frame or joint to ``frames``, after those to which its pose is relative."""
     if name in frames:
         return

@@ -193,7 +193,7 @@ def test_loop_closures_of_exporters_close_loops(name, folder, tmp_path):
     assert any("the loops are read from this file" in text for text in found.description.warnings)
     assert_equal(found, robot)
     (tmp_path / folder / "loop_closures.yaml").write_text(loop_closures(robot).replace("link_b: ", "link_b: x"))
-    with pytest.raises(RobotFileError, match=r"loop_closures\.yaml:4: link_b is 'x.*', which does not exist; did you mean "):
+    with pytest.raises(RobotFileError, match=r"loop_closures\.yaml:4: link_b is 'x.*', which is unknown; did you mean "):
         ks.load_robot(path)
 
 
