@@ -18,7 +18,7 @@ import numpy as np
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.writer import robot_text
 from kinetostatics.functions.c_export import recorded, write_files
-from kinetostatics.functions.c_names import identifier, markdown
+from kinetostatics.functions.c_names import identifier
 from kinetostatics.functions.c_programs import Programs, array_program
 from kinetostatics.functions.c_source import source, valid
 from kinetostatics.functions.c_texts import header
@@ -66,11 +66,9 @@ def export_ros2(
         "NAMES_OF_MEASURED": _strings(measured),
         "NAMES_OF_PASSIVE": _strings(name for name, *_ in passive),
         "SET_REFERENCE": ", ".join(f"reference[{k}]" for k in range(len(names))),
-        "SET_MEASURED": ", ".join(f"measured_[{k}]" for k in range(len(measured))),
-        "LIST_OF_COORDINATES": ", ".join(map(markdown, names)),
+        "SET_MEASURED": ", ".join(f"measured({k})" for k in range(len(measured))),
         "REFERENCES": ", ".join(f"pose_controller/{name}" for name in names),
         "START_OF_COORDINATES": ", ".join(str(float(parts.at_start[name])) for name in names),
-        "ABOUT_POSITIONS": f"They {'' if function.compensates else 'do not '}correct the sag (`--compensate`).",
     }
     texts = {f"{prefix}.urdf": _urdf(robot, closing)}
     for template in sorted(_TEMPLATES.iterdir()):

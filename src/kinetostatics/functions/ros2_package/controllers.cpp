@@ -108,7 +108,6 @@ public:
             get_node()->create_publisher<JointState>("joint_states", rclcpp::SystemDefaultsQoS()));
         message_.name = PASSIVE;
         message_.position.resize(PASSIVE.size());
-        measured_.resize(MEASURED.size());
         return CallbackReturn::SUCCESS;
     }
 
@@ -120,7 +119,7 @@ public:
 
     return_type update(const rclcpp::Time &time, const rclcpp::Duration &) override
     {
-        for (size_t k = 0; k < MEASURED.size(); ++k) measured_[k] = state_interfaces_[k].get_optional().value_or(NONE);
+        const auto measured = [this](size_t k) { return state_interfaces_[k].get_optional().value_or(NONE); };
         const ROBOT_loops_input input{SET_MEASURED, {}, {}};
         ROBOT_loops_output output;
         const int status = ROBOT_loops_evaluate(&input, &state_, &output);
@@ -135,7 +134,6 @@ public:
     }
 
 private:
-    Numbers measured_;
     JointState message_;
     std::unique_ptr<realtime_tools::RealtimePublisher<JointState>> publisher_;
     ROBOT_loops_state state_;
