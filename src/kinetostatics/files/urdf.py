@@ -247,19 +247,20 @@ def chosen_platform(root: XmlElement, links: Collection[str], joints: Mapping[st
 def connected_links(joints: Mapping[str, Joint], loops: Iterable[Joins]) -> list[str]:
     """Return the links of a robot with loops that may be its platform, those with the most moving joints and loops first.
 
-    Of equal ones, those farther from the base come first.
+    Links that only fixed joints connect to the root are none. Of equal ones, those farther from the base come first.
     """
     ends = [(joint.parent, joint.child) for joint in joints.values() if not JOINT_TYPES[joint.type].is_fixed]
     ends += [(loop.predecessor, loop.successor) for loop in loops]
     counts = Counter(link for pair in ends for link in pair)
-    above = {joint.child: joint.parent for joint in joints.values()}
-    depth: dict[str, int] = {}
+    above = {joint.child: joint for joint in joints.values()}
+    depth, moved = Counter[str](), set[str]()
     for link in above:
-        path = [link]
-        while path[-1] in above:
-            path.append(above[path[-1]])
-        depth[link] = len(path)
-    return sorted((link for link in counts if link in above), key=lambda link: (-counts[link], -depth[link]))
+        end = link
+        while end in above:
+            depth[link] += 1
+            moved |= set() if JOINT_TYPES[above[end].type].is_fixed else {link}
+            end = above[end].parent
+    return sorted((link for link in counts if link in (moved or above)), key=lambda link: (-counts[link], -depth[link]))
 
 
 def first_base(tree: str, joints: Mapping[str, Joint]) -> str:

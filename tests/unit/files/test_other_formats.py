@@ -21,7 +21,7 @@ from other_formats import (
 import kinetostatics as ks
 from kinetostatics.cli import main as cli
 from kinetostatics.description import Inertia, JointStiffness
-from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.exceptions import ArgumentError, PlatformMissingError, RobotFileError
 from kinetostatics.files.bundled import package_folder
 
 LOAD = (20.0, -5.0, -100.0, 1.0, 2.0, -3.0)
@@ -342,9 +342,12 @@ def test_actuators_of_tendons_drive_the_joint_that_all_their_joints_follow(tmp_p
     split = '<joint joint="left" coef="0.5"/><joint joint="right" coef="0.5"/>'
     path = tmp_path / "gripper.xml"
     path.write_text(
-        f'<mujoco><worldbody>{fingers}</worldbody><equality><joint joint1="right" joint2="left"/></equality>'
+        f'<mujoco><worldbody><body name="palm">{fingers}</body></worldbody>'
+        '<equality><joint joint1="right" joint2="left"/><connect body1="left" body2="right" anchor="0 0 0"/></equality>'
         f'<tendon><fixed name="split">{split}</fixed></tendon><actuator><motor tendon="split"/></actuator></mujoco>'
     )
+    with pytest.raises(PlatformMissingError, match="as 'left' or 'right', or by"):  # not the palm, which is fixed to the world
+        ks.load_robot(path)
     description = ks.load_robot(path, platform_link="right").description
     assert description.actuated == ("left",) and description.joints["right"].mimic.joint == "left"
 
