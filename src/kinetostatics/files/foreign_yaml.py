@@ -233,8 +233,10 @@ def _actuated(keys: Mapping[str, Node], movable: Sequence[str], retyped: Mapping
             raise node.place.error(f"name_mot has {text!r}, which is in no movable joint's name; {near_names(text, movable)}")
     names: list[str] = []
     for name in (name for name in movable if any(text in name for text in texts)):
-        made = [element.attributes for element in (tree_elements(retyped[name]) if name in retyped else ())]
-        names += [joint["name"] for joint in made if joint.get("type", "fixed") != "fixed"] if made else [name]
+        made = [
+            element.attributes for element in (tree_elements(retyped[name]) if name in retyped else ()) if element.tag == "joint"
+        ]
+        names += [joint["name"] for joint in made if not JOINT_TYPES[joint["type"]].is_fixed] if made else [name]
     return tuple(names) if "name_mot" in keys else None
 
 

@@ -31,7 +31,7 @@ TYPES = {
     **{"ball": "spherical", "revolute2": "universal"},
 }
 #: Types of bushings: those whose freedoms are along and about the axes of one frame.
-BUSHINGS = [kind for kind in JOINT_TYPES.values() if kind.in_loop and kind.turns is not Axes.BOTH and kind.name != "revolute"]
+BUSHINGS = [kind for kind in JOINT_TYPES.values() if kind.in_loop and kind.turns is not Axes.BOTH]
 #: Limits at and above this number mean none, as in files that Gazebo writes [rad, m].
 UNLIMITED = 1e15
 #: Versions in which axes are always in the model's frame.
@@ -138,7 +138,7 @@ def read_drake(model: XmlElement, frames: Frames) -> Iterator[ForeignJoint]:
         fitting = [(kind, axis) for kind in BUSHINGS for axis in (X, Y, Z) if _free(kind, axis) == free]
         if not fitting:
             raise element.error(f"{element.label} has no stiffness in directions that are together the freedoms of no joint type")
-        kind, axis = fitting[0]
+        kind, axis = fitting[-1]  # without limits, if there are types with and without
         yield replace(_between(element, kind.name, axis if kind.has_axis else None, ends, frames), stiffness=stiffness)
 
 
