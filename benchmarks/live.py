@@ -28,7 +28,7 @@ LOAD = [0, 0, -500, 0, 0, 0]
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
 #: Times [ms] of motions with all numbers of the picture, and of the equilibrium alone.
 IN_PAGE = """([name, step, times]) => { const { machine } = robot_page, size = robot_page.scene.size, whole = [], alone = [];
-  const start = machine.present("platform")[machine.data.lines.platform.names.indexOf(name)];
+  const start = machine.present("platform")[machine.lines.platform.names.indexOf(name)];
   for (let k = 0; k < times; k++) {
     const before = performance.now();
     machine.move("platform", { [name]: start + (k % 2 ? step : 0) });

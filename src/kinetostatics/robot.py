@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from numpy.typing import ArrayLike
 
@@ -91,6 +91,18 @@ class Robot(Reported, RobotKinematics):
         topology: limbs, and the bodies attached to base and platform.
         model: Pinocchio's model of the spanning tree.
     """
+
+    RECORDED: ClassVar = (
+        "beams",
+        "elastic_links",
+        "weights",
+        "solver",
+        "statics",
+        "members",
+        "joint_coordinates",
+        "size",
+        "length",
+    )
 
     def __init__(self, description: RobotDescription) -> None:
         mechanism = Mechanism(description)

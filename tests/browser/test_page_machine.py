@@ -1,14 +1,18 @@
 """The machine of a page (engine.js) against Python: equilibrium, the drawn scene, the ends of lines, statuses."""
 
+import itertools
+
 import numpy as np
 import package_robots
 import pytest
 from page_machine import answers, needs_node, relative
 
 import kinetostatics as ks
+from kinetostatics.parametric.parametric_robot import ParametricRobot
 from kinetostatics.viewer.computing import determining_coordinates
 from kinetostatics.viewer.packing import Packing
 from kinetostatics.viewer.scene import describe_scene
+from kinetostatics.viewer.variations import vary_result
 
 pytestmark = needs_node
 QUICK = ("3rps", "2pru_upr", "five_bar")
@@ -57,7 +61,7 @@ def test_numbers_of_random_poses_and_loads_equal_those_of_python(name):
     cases = random_cases(robot, start, 12 if name in QUICK else POSES)
     near = start if name == "ur10" else None
     given = ks.analyze(start)
-    script = "if (given.near) machine.data.zero = machine.pose; return machine.analyze(given)"
+    script = "if (given.near) machine.robot.zero = machine.pose; return machine.analyze(given)"
     found = answers(given, [(script, {**case, "near": near is not None}) for case in cases])
     statuses = set()
     for case, answer in zip(cases, found, strict=True):
@@ -84,6 +88,42 @@ class Numbers(Packing):
         return np.asarray(values, dtype=float).ravel()
 
 
+def compare_scenes(scene, result):
+    """Compare a drawn scene of the page with that of a result: stations at rest, their twists by contribution, arrows, cards."""
+    drawn = describe_scene(result)
+    expected = {**drawn.moving(Numbers()), **drawn.details(Numbers())}
+    assert scene["contributions"] == list(expected["contributions"])
+    K = len(scene["contributions"])
+    points, wanted = (np.reshape(s["stations"]["pose"], (-1, 7))[:, :3] for s in (scene, expected))
+    assert relative(points, wanted) < 1e-12
+    for part in (slice(0, 3), slice(3, 6)):
+        twists, wanted = (np.reshape(s["stations"]["twist"], (-1, K, 6))[..., part] for s in (scene, expected))
+        assert relative(twists, wanted) < 1e-11
+    arrows = {arrow["path"]: arrow for arrow in scene["arrows"]}
+    force = max(np.abs(arrow["vector"]).max() for arrow in expected["arrows"])
+    for arrow in expected["arrows"]:
+        mine = arrows.pop(arrow["path"])
+        assert mine["station"] == arrow["station"] and relative(mine["vector"], arrow["vector"], force) < 1e-11
+    assert all(np.abs(arrow["vector"]).max() < 1e-9 * force for arrow in arrows.values())  # of zero length
+    for path, card in expected["cards"].items():
+        mine = scene["cards"][path]
+        rows = {row["words"]: row["values"] for row in mine["rows"]}
+        for row in card["rows"]:
+            if row["words"] != "N/N_Euler" and np.isfinite(row["values"]).all():
+                is_force = any(kind in row["words"] for kind in ("force", "moment", "torque"))
+                size = result.robot.length if row["words"].startswith("position") else force if is_force else None
+                assert relative(rows[row["words"]], row["values"], size) < 1e-11
+        for keys in [("axial",), ("T",), ("M_y", "M_z"), ("V_y", "V_z")] if "T" in card["lines"] else []:
+            # two components as a magnitude: how far a rod between ball joints has turned about itself depends on the way
+            sizes, wanted = (np.sqrt(sum(np.square(lines[key]) for key in keys)) for lines in (mine["lines"], card["lines"]))
+            assert relative(sizes, wanted, force) < 1e-11
+        if np.isfinite(card["lines"].get("stress", np.nan)).all():
+            assert relative(mine["lines"]["stress"], card["lines"]["stress"]) < 1e-9
+    for unit in ("displacement", "rotation"):
+        assert {key: scene["units"][unit][key] for key in ("unit", "decimals")}.items() <= expected["units"][unit].items()
+    assert [tuple(line) for line in scene["facts"][0][:-1]] == expected["facts"][0][:-1]
+
+
 @pytest.mark.parametrize("name", ROBOTS)
 def test_drawn_scene_equals_that_of_python(name):
     """Stations at rest, their twists by contribution, arrows and cards: at poses to which the platform was dragged."""
@@ -99,39 +139,44 @@ def test_drawn_scene_equals_that_of_python(name):
         if answer["reason"]:
             continue
         compared += 1
-        scene, drawn = answer["scene"], describe_scene(by_python(robot, case, start))
-        expected = {**drawn.moving(Numbers()), **drawn.details(Numbers())}
-        assert scene["contributions"] == list(expected["contributions"])
-        K = len(scene["contributions"])
-        points, wanted = (np.reshape(s["stations"]["pose"], (-1, 7))[:, :3] for s in (scene, expected))
-        assert relative(points, wanted) < 1e-12
-        for part in (slice(0, 3), slice(3, 6)):
-            twists, wanted = (np.reshape(s["stations"]["twist"], (-1, K, 6))[..., part] for s in (scene, expected))
-            assert relative(twists, wanted) < 1e-11
-        arrows = {arrow["path"]: arrow for arrow in scene["arrows"]}
-        force = max(np.abs(arrow["vector"]).max() for arrow in expected["arrows"])
-        for arrow in expected["arrows"]:
-            mine = arrows.pop(arrow["path"])
-            assert mine["station"] == arrow["station"] and relative(mine["vector"], arrow["vector"], force) < 1e-11
-        assert all(np.abs(arrow["vector"]).max() < 1e-9 * force for arrow in arrows.values())  # of zero length
-        for path, card in expected["cards"].items():
-            mine = scene["cards"][path]
-            rows = {row["words"]: row["values"] for row in mine["rows"]}
-            for row in card["rows"]:
-                if row["words"] != "N/N_Euler" and np.isfinite(row["values"]).all():
-                    is_force = any(kind in row["words"] for kind in ("force", "moment", "torque"))
-                    size = robot.length if row["words"].startswith("position") else force if is_force else None
-                    assert relative(rows[row["words"]], row["values"], size) < 1e-11
-            for keys in [("axial",), ("T",), ("M_y", "M_z"), ("V_y", "V_z")] if "T" in card["lines"] else []:
-                # two components as a magnitude: how far a rod between ball joints has turned about itself depends on the way
-                sizes, wanted = (np.sqrt(sum(np.square(lines[key]) for key in keys)) for lines in (mine["lines"], card["lines"]))
-                assert relative(sizes, wanted, force) < 1e-11
-            if np.isfinite(card["lines"].get("stress", np.nan)).all():
-                assert relative(mine["lines"]["stress"], card["lines"]["stress"]) < 1e-9
-        for unit in ("displacement", "rotation"):
-            assert {key: scene["units"][unit][key] for key in ("unit", "decimals")}.items() <= expected["units"][unit].items()
-        assert [tuple(line) for line in scene["facts"][0][:-1]] == expected["facts"][0][:-1]
+        compare_scenes(answer["scene"], by_python(robot, case, start))
     assert compared
+
+
+VARIED = """const { sliders } = machine.data, counts = sliders.map(({ texts }) => texts.length);
+  const reached = machine.vary(given.place.reduce((all, k, n) => all * counts[n] + k, 0));
+  machine.loads = { load: given.load, gravity: given.gravity, payload: given.payload };
+  const end = machine.move("platform", given.platform);
+  return { reached, end, answer: machine.analyze(given), scene: sceneOf(machine, given.size) };"""
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_varied_robots_are_those_of_the_file(name):
+    """All numbers and the scene, with other values of two arguments of the file, against the robot that is loaded with them."""
+    robot, start = start_of(name)
+    arguments = ParametricRobot(robot).arguments
+    if name == "ur10" or not arguments:
+        pytest.skip("its file has no arguments")
+    names = np.random.default_rng(len(name)).choice(sorted(k for k in arguments if arguments[k]), 2, replace=False).tolist()
+    vary = {key: [0.96 * arguments[key], 1.07 * arguments[key]] for key in names}
+    variations = vary_result(ks.analyze(start), vary)
+    cases, size = random_cases(robot, start, 9, 0.3, seed=2), describe_scene(ks.analyze(start)).size
+    places = list(itertools.product(*(range(len(slider.rows)) for slider in variations.sliders)))
+    calls = [(VARIED, {**case, "place": place, "size": size}) for case, place in zip(cases, places, strict=True)]
+    compared = 0
+    for case, place, found in zip(cases, places, answers(ks.analyze(start), calls, vary=vary), strict=True):
+        values = {slider.names[0]: slider.rows[k][0] for slider, k in zip(variations.sliders, place, strict=True)}
+        other = ks.load_robot(robot.description.path, values)
+        result = by_python(other, case)
+        if not found["reached"] or found["end"]["reason"]:
+            continue
+        compared += 1
+        assert found["answer"]["status"] == str(ks.Status(int(result.status)))
+        for key, wanted in numbers_of(result).items():
+            mine = found["answer"][key]
+            assert relative(list(mine.values()) if isinstance(mine, dict) else mine, wanted) < 1e-11, key
+        compare_scenes(found["scene"], result)
+    assert compared > 4
 
 
 def test_loads_on_links_stay_where_they_are_given():
@@ -200,7 +245,7 @@ def test_lines_end_where_a_dense_scan_does(name, kind, spans, why):
     present = {c: float((pose.platform if kind == "platform" else pose.actuators)[c]) for c in spans}
     pose = robot.assemble(**{kind: present}, near=pose)  # the page moves the coordinates from which a pose was assembled
     lines = [(c, sign * span) for c, span in spans.items() for sign in (-1, 1)]
-    script = """const { kind, name, way } = given, here = machine.present(kind), { names } = machine.data.lines[kind];
+    script = """const { kind, name, way } = given, here = machine.present(kind), { names } = machine.lines[kind];
       const target = here.map((value, k) => (names[k] === name ? value + way : value));
       return machine.lastOnLine(kind, machine.pose, target, 32);"""
     ends = answers(ks.analyze(pose), [(script, {"kind": kind, "name": c, "way": way}) for c, way in lines])

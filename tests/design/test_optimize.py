@@ -11,8 +11,8 @@ from places import ROBOTS, ROOT
 
 import kinetostatics as ks
 from kinetostatics.design.problem import Evaluation
-from kinetostatics.design.variables import read_variables
 from kinetostatics.load_case import LoadCase
+from kinetostatics.parametric.variables import read_variables
 
 E, RHO = parametric_machines.E, parametric_machines.RHO
 STILL = {"gravity": (0, 0, 0)}

@@ -44,12 +44,7 @@ def test_webassembly_of_operations_equals_numpy(kind):
     tape, numbers, truths = recorded(kind)
     given = np.array([FIRST, SECOND])
     rows = [*numbers, *truths]
-    if kind == "input":
-        found = run(wasm.wasm_module(tape, rows, [2], np.zeros(0)), given, len(rows))
-    else:
-        some = range(0, FIRST.size, 9)
-        given = given[:, some]
-        found = np.hstack([run(wasm.wasm_module(tape, rows, [0], pose), np.zeros((0, 1)), len(rows)) for pose in given.T])
+    found = run(wasm.wasm_module(tape, rows, [2, 0] if kind == "input" else [0, 2]), given, len(rows))
     wanted = np.vstack([evaluate(tape, [given], given, numbers), evaluate(tape, [given], given, truths)])
     for row, number in enumerate(rows):
         exact = tape.operations[number][0] not in ("sine", "cosine", "angle")
@@ -75,11 +70,11 @@ def test_values_pass_between_functions(piece, monkeypatch):
         flags.append([compare("<", new, b), logical_and(flag, compare("<=", a, new)), logical_not(flag)][k % 3])
     rows = [tape.number_of(value) for value in (*scalars[-40:], *flags[-20:], scalars[1], scalars[50], 0.125, True)]
     given = rng.uniform(-1, 1, (4, 30))
-    found = run(wasm.wasm_module(tape, rows, [2, 2], np.zeros(0)), given, len(rows))
+    found = run(wasm.wasm_module(tape, rows, [2, 2, 0]), given, len(rows))
     np.testing.assert_array_equal(found, evaluate(tape, [given[:2], given[2:]], [], rows))
 
 
 def test_modules_are_the_same_every_time():
     tape, numbers, truths = recorded("input")
-    first, second = (wasm.wasm_module(tape, [*numbers, *truths], [2], np.zeros(0)) for _ in range(2))
+    first, second = (wasm.wasm_module(tape, [*numbers, *truths], [2, 0]) for _ in range(2))
     assert first == second

@@ -17,6 +17,7 @@ from kinetostatics.cli.inputs import (
     load_robot,
     loads_of,
     option_of,
+    parse_items,
     parse_range,
     payload_of,
     pose_of,
@@ -39,10 +40,11 @@ if TYPE_CHECKING:
 POSES = 21
 #: Options with those that they exclude.
 EXCLUDED = {
-    "meshcat": ("sweep", "compare", "by_mechanism"),
-    "screenshot": ("sweep", "by_mechanism"),
-    "compare": ("sweep",),
-    "modes": ("meshcat", "sweep", "compare", "by_mechanism", "colour", "load", "point", "frame", "load_on", "gravity"),
+    "meshcat": ("sweep", "compare", "by_mechanism", "vary"),
+    "screenshot": ("sweep", "by_mechanism", "vary"),
+    "compare": ("sweep", "vary"),
+    "vary": ("sweep",),
+    "modes": ("meshcat", "vary", "sweep", "compare", "by_mechanism", "colour", "load", "point", "frame", "load_on", "gravity"),
 }
 
 
@@ -67,16 +69,17 @@ def _page(args: argparse.Namespace) -> int:
         robot = load_robot(args)
         result, warnings = _modes(robot, args) if args.modes is not None else _shown(robot, args, loads_of(args))
         options = {**given_of(("exaggeration",), args), "compare": _compared(robot, args) if args.compare else None}
+        page_options = {**options, "by_mechanism": args.by_mechanism, "vary": _varied(args.vary)}
         with pausing():
             print_warnings(warnings)
         if args.screenshot is not None:
             viewer.save_image(result, args.screenshot, **options, **given_of(("colour", "view"), args))
             text = f"wrote {args.screenshot}"
         elif args.html is not None:
-            viewer.save_html(result, args.html, by_mechanism=args.by_mechanism, **options)
+            viewer.save_html(result, args.html, **page_options)
             text = f"wrote {args.html}"
         elif args.meshcat is None:
-            text = f"the page is in {VIEW.called()(result, by_mechanism=args.by_mechanism, **options).path}"
+            text = f"the page is in {VIEW.called()(result, **page_options).path}"
     if args.meshcat is not None:
         return _meshcat(result, args.meshcat or None, value_of("exaggeration", args))
     print(text)
@@ -100,6 +103,12 @@ def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) ->
     if args.sweep and (result.status == Status.SINGULAR).all():
         raise StaticsError("--sweep: the robot is singular at every pose")
     return result, [*warnings, *result.warnings]
+
+
+def _varied(items: list[str]) -> dict[str, str | None] | None:
+    """Return the varied parameters with their values, None for values that are not given; None without parameters."""
+    names = [text for text in items if "=" not in text]
+    return {**dict.fromkeys(names), **parse_items("--vary", [text for text in items if "=" in text])} or None
 
 
 def _modes(robot: Robot, args: argparse.Namespace) -> tuple[Modes, list[str]]:
@@ -188,6 +197,12 @@ VIEW = Command(
             f"(default: {POSES} poses)",
             "NAME=FROM:TO[:POSES]",
         ),
+        "vary": Argument(
+            "items",
+            "sliders that vary one to three parameters, named as in optimize; without values, from half to one and a half times "
+            "the file's value",
+            "NAME[=FROM:TO]",
+        ),
         "by_mechanism": Argument(
             "flag", "two sliders for the weight of each limb: its effects by attached wrenches and by deformation of the limb"
         ),
@@ -216,6 +231,7 @@ view 3rps --html sag.html
 view 3rps --platform z=500mm --sweep rx=-10deg:10deg:31 ry=0:5deg
 view 3rps --modes 6
 view 3rps --by-mechanism
+view 3rps --vary rod_diameter=40mm:120mm platform_mass
 view 3rps --platform z=500mm rx=0 ry=0 --compare z=550mm rx=5deg ry=0
 view 3rps --compare 3prs
 view 2pru_upr --screenshot stress.png --colour stress --from front

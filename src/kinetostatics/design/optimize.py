@@ -27,13 +27,13 @@ from kinetostatics.design.problem import (
     rank,
 )
 from kinetostatics.design.search import STEP, search
-from kinetostatics.design.variables import Choice, Range, VariedNumbers, Vary, read_variables, typed_units, varied_numbers
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.load_case import LoadCase, LoadKeywords, load_case_of
 from kinetostatics.parametric.parametric_robot import ParametricRobot
+from kinetostatics.parametric.variables import Choice, Range, VariedNumbers, Vary, read_variables, typed_units, varied_numbers
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
 from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.robot import Robot

@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike
 from kinetostatics.arguments import whole_number
 from kinetostatics.design.optimize import parse_objective, prepare
 from kinetostatics.design.problem import REQUIRABLE, Problem, Requirement
-from kinetostatics.design.variables import Vary, combinations
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.load_case import LoadKeywords, load_case_of
 from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.parametric.variables import Vary, combinations
 from kinetostatics.results.optimum import Optimum, ParetoFront
 from kinetostatics.units import KINDS
 

@@ -16,13 +16,13 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyzed
 from kinetostatics.arguments import check_mapping
-from kinetostatics.design.variables import VariedNumbers
 from kinetostatics.exceptions import ArgumentError, RobotFileError, StaticsError, near_names
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.load_case import LoadCase
 from kinetostatics.math.arrays import Array
 from kinetostatics.measures import MEASURES, Measure
+from kinetostatics.parametric.variables import VariedNumbers
 from kinetostatics.results.optimum import BROKEN
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot

@@ -14,9 +14,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from kinetostatics.design.problem import Problem, rank
-from kinetostatics.design.variables import Choice, Range, combinations
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
+from kinetostatics.parametric.variables import Choice, Range, combinations
 
 #: Step of central differences, relative to a range.
 STEP = 1e-4

@@ -20,7 +20,6 @@ from kinetostatics.analysis import analyzed
 from kinetostatics.arguments import check, check_choice, check_mapping, warn, whole_number
 from kinetostatics.design.monte_carlo import WANTED, random_robots
 from kinetostatics.design.sensitivities import slopes_by
-from kinetostatics.design.variables import typed_unit
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.configuration import Configuration
@@ -30,6 +29,7 @@ from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.linalg import first_largest, ranked
 from kinetostatics.parametric.parametric_robot import ParametricRobot, check_unit, opens_loops
 from kinetostatics.parametric.robot_numbers import ErrorParameter, RobotNumber, as_assembly_errors
+from kinetostatics.parametric.variables import typed_unit
 from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.results.result import Result
 from kinetostatics.results.tolerances import LENGTHS, Effect, PoseQuantities, Tolerance, Tolerances, quantities

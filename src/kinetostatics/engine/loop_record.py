@@ -15,7 +15,7 @@ from kinetostatics.engine.scalars import Number, Tape
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates, line_start
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.kinematics.velocities import freedom_rates, with_given
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import least_squares
 
 #: Rows of the state of :func:`newton_record` after the coordinates: size of the last correction; its ratio to the size of the
@@ -39,10 +39,13 @@ class Program:
     stages: tuple[int, ...] = ()
 
 
-def _copy_of(solver: Solver, prescribed: PrescribedCoordinates) -> tuple[Tape, Solver]:
-    """Return a tape, and a copy of the solver with parameters recorded on the tape in place of numbers."""
+def _copy_of(solver: Solver, prescribed: PrescribedCoordinates, varying: Mask | None) -> tuple[Tape, Solver]:
+    """Return a tape, and a copy of the solver with parameters recorded on the tape in place of numbers.
+
+    ``varying``: which numbers of the whole solver are parameters, see :class:`Structure`; None: all that influence the record.
+    """
     tape = Tape()
-    return tape, Structure((solver, prescribed), tape).copy[0]
+    return tape, Structure((solver, prescribed), tape, varying=varying, whole=varying is not None).copy[0]
 
 
 def guards_met(tape: Tape) -> Number:
@@ -65,14 +68,16 @@ def program_of(
     return Program(tape, tuple(numbers), (truth,), stages)
 
 
-def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
+def newton_record(
+    solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, varying: Mask | None = None
+) -> Program:
     """Record :meth:`Solver.correct` as a step from a state to the next state.
 
     A state has the coordinates x and c and the five rows ``SIZE`` … ``VALID``. Inputs: the state (nq' + 8,); the prescribed
     coordinates (n,), followed by 1 for an intermediate pose of a path, else 0. Outputs: the next state. Truth value: whether the
     pose needs another correction.
     """
-    tape, copy = _copy_of(solver, prescribed)
+    tape, copy = _copy_of(solver, prescribed, varying)
     size = example.x.shape[0]
     flags = np.array([[0.1, 0.4, 1.0, 0.0, 1.0]]).T
     given = np.append(solver.values(prescribed, example), [[0.0]], axis=0)
@@ -91,13 +96,13 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
     return program_of(tape, [np.concatenate([example.x, example.c, flags]), given], computed)
 
 
-def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
+def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, varying: Mask | None = None) -> Program:
     """Record :meth:`Solver.surely_on_one_side`.
 
     Inputs: x and c of a first pose, x and c of a second pose. Truth value: whether a sufficient condition excludes a singular
     pose between the two poses, and all guards are met.
     """
-    tape, copy = _copy_of(solver, prescribed)
+    tape, copy = _copy_of(solver, prescribed, varying)
 
     def computed(x: Array, c: Array, other_x: Array, other_c: Array) -> list[Array]:
         sure = copy.surely_on_one_side(prescribed, SolverState(x, c), SolverState(other_x, other_c))
@@ -106,14 +111,14 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
     return program_of(tape, (example.x, example.c) * 2, computed)
 
 
-def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
+def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, varying: Mask | None = None) -> Program:
     """Record :meth:`Solver.line`: the coordinates at the start of a straight line in the space of the prescribed coordinates.
 
     Inputs: x and c of the pose at the start, the prescribed coordinates (n,) at the end, and 1 if angles turn the shorter way,
     else 0. Outputs: prescribed coordinates (n,) and orientation coordinates (3,) at the start. Truth value: whether all guards
     are met.
     """
-    tape, copy = _copy_of(solver, prescribed)
+    tape, copy = _copy_of(solver, prescribed, varying)
 
     def computed(x: Array, c: Array, aim: Array, flag: Array) -> list[Array]:
         start = line_start(prescribed, copy.origin(prescribed, SolverState(x, c), aim), aim, flag[0] != 0)
@@ -128,7 +133,7 @@ def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     Inputs: x and c of a closed pose. Outputs: the rates (nq',), one prescribed coordinate after the other. Truth value: whether
     all guards are met.
     """
-    tape, copy = _copy_of(solver, prescribed)
+    tape, copy = _copy_of(solver, prescribed, None)
 
     def computed(x: Array, c: Array) -> list[Array]:
         gradient, rates = copy.rates(prescribed, SolverState(x, c), np.zeros((prescribed.size, 1)))
@@ -148,7 +153,7 @@ def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     Input: x. Outputs of stage 0: Pinocchio's coordinates (nq,) and the loops' residual. Further outputs of stage 1: rotations
     (3, 3, B) and positions (3, B) of the B bodies. Truth value: whether all guards are met.
     """
-    tape, copy = _copy_of(solver, prescribed)
+    tape, copy = _copy_of(solver, prescribed, None)
 
     def computed(x: Array) -> list[Array]:
         q, frames, residual = copy.equations.place(x)

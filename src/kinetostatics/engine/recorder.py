@@ -20,7 +20,7 @@ import numpy as np
 
 from kinetostatics.engine import scalars
 from kinetostatics.engine.scalars import NotRecordedError, Number, Tape
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Mask
 
 _ELEMENTWISE: dict[object, np.ufunc] = {
     ufunc: np.frompyfunc(function, ufunc.nin, 1, identity=ufunc.identity)
@@ -148,15 +148,21 @@ class Structure:
         copy: the robot's data, with parameters recorded on ``tape`` in place of the numbers.
     """
 
-    def __init__(self, robot: object, tape: Tape | None = None, *, all_vary: bool = False) -> None:
+    def __init__(
+        self, robot: object, tape: Tape | None = None, *, all_vary: bool = False, varying: Mask | None = None, whole: bool = False
+    ) -> None:
         """Separate structure and numbers.
 
         Args:
             robot: the robot's statics, or other data of the robot.
             tape: tape of the parameters; None: the copy keeps the numbers.
             all_vary: whether 0, 1 and −1 are parameters too, for records that are evaluated with the numbers of other robots.
+            varying: True for those of these parameters (P,) that vary; the copy keeps the other numbers.
+            whole: whether attributes that do not influence the statics, such as outlines of sections, are copied too. Texts are
+                then no part of the key, and numbers within rounding of 0, 1 and −1 are replaced by these.
         """
-        self._hash, self._tape, self._all_vary = hashlib.sha256(), tape, all_vary
+        self._hash, self._tape, self._all_vary, self._whole = hashlib.sha256(), tape, all_vary or varying is not None, whole
+        self._varying, self._count = varying, 0
         self._values: list[float] = []
         self._copies: dict[int, tuple[int, Number, Number]] = {}  # by id: index, item (stored to keep its id), copy
         self.copy = self._copied(robot)
@@ -171,7 +177,7 @@ class Structure:
 
     def _copied(self, original: Number) -> Number:
         if original is None or isinstance(original, bool | int | str | np.bool_ | np.integer | Enum):
-            self._add_to_key(type(original).__name__, original)
+            self._add_to_key(type(original).__name__, original if not (self._whole and isinstance(original, str)) else "")
             return original
         if isinstance(original, float):
             return self._number(float(original))
@@ -193,15 +199,17 @@ class Structure:
         if isinstance(original, Mapping):
             self._add_to_key("mapping", len(original))
             return {self._copied(key): self._copied(value) for key, value in original.items()}
-        if not (is_dataclass(original) or type(original).__module__.startswith("kinetostatics.")):
-            raise TypeError(f"{type(original)} has no structure")
-        return self._object(original)
+        if is_dataclass(original) or type(original).__module__.startswith("kinetostatics."):
+            return self._object(original)
+        if self._whole:
+            return original
+        raise TypeError(f"{type(original)} has no structure")
 
     def _object(self, original: Number) -> Number:
         """Copy the attributes of an object that may influence records.
 
-        Not copied: cached properties; fields of a dataclass that are not compared; attributes in ``NOT_RECORDED`` of the object's
-        class, for instance labels and places in files.
+        Not copied: cached properties, except those in ``RECORDED`` of the object's class; fields of a dataclass that are not
+        compared; unless the whole is copied, attributes in ``NOT_RECORDED``, for instance labels and places in files.
         """
         kind = type(original)
         copy = object.__new__(kind)
@@ -210,10 +218,13 @@ class Structure:
             attributes = [field.name for field in fields(original) if field.compare]
         else:
             attributes = [name for name in vars(original) if not isinstance(getattr(kind, name, None), cached_property)]
-        names = tuple(name for name in attributes if name not in getattr(kind, "NOT_RECORDED", ()))
+        left_out = () if self._whole else getattr(kind, "NOT_RECORDED", ())
+        names = tuple(name for name in (*attributes, *getattr(kind, "RECORDED", ())) if name not in left_out)
         self._add_to_key(kind.__qualname__, names)
         for name in names:
-            object.__setattr__(copy, name, self._copied(getattr(original, name)))
+            vars(copy)[name] = self._copied(getattr(original, name))
+        if self._whole and is_dataclass(original):
+            vars(copy).update({field.name: getattr(original, field.name) for field in fields(original) if not field.compare})
         return copy
 
     def _number(self, value: float) -> Number:
@@ -222,9 +233,14 @@ class Structure:
             return value
         self._add_to_key("number")
         self._values.append(value)
-        if self._tape is None:
+        return self._parameter(len(self._values) - 1, value)
+
+    def _parameter(self, number: int, value: float) -> Number:
+        """Return the copy of a number: a parameter, or without tape, or if it does not vary, the number itself."""
+        if self._tape is None or not (self._varying is None or self._varying[number]):
             return value
-        return self._tape.write(("parameter", len(self._values) - 1), value)
+        self._count += 1
+        return self._tape.write(("parameter", number if self._varying is None else self._count - 1), value)
 
     def _array(self, array: Number) -> Number:
         if array.dtype.kind != "f":
@@ -232,20 +248,23 @@ class Structure:
             return array
         flat = np.ascontiguousarray(array, dtype=float).ravel()
         constant = ~np.isfinite(flat)
+        size = np.max(np.abs(flat), initial=0.0, where=~constant)
+        rounded, is_whole = flat, constant
+        for value, rounding in ((0.0, ROUNDING * size), (1.0, ROUNDING), (-1.0, ROUNDING)):
+            plain = ~constant & (np.abs(flat - value) <= rounding)
+            rounded, is_whole = np.where(plain, value, rounded), is_whole | plain
+        if self._whole:
+            flat = rounded
         if not self._all_vary:
-            size = np.max(np.abs(flat), initial=0.0, where=~constant)
-            for value, rounding in ((0.0, ROUNDING * size), (1.0, ROUNDING), (-1.0, ROUNDING)):
-                plain = ~constant & (np.abs(flat - value) <= rounding)
-                flat = np.where(plain, value, flat)
-                constant |= plain
+            flat, constant = rounded, is_whole
         self._add_to_key("array", array.shape, constant.tobytes(), flat[constant].tobytes())
         first = len(self._values)
         self._values += flat[~constant].tolist()
         if self._tape is None:
             return array
-        copy = np.empty(flat.shape, dtype=object)
-        copy[constant] = flat[constant]
+        copy = rounded.astype(object)
         varying = np.flatnonzero(~constant).tolist()
         for place, number in enumerate(varying):
-            copy[number] = self._tape.write(("parameter", first + place), float(flat[number]))
+            if self._varying is None or self._varying[first + place]:
+                copy[number] = self._parameter(first + place, float(flat[number]))
         return copy.reshape(array.shape).view(Recorded)

@@ -12,7 +12,6 @@ from collections.abc import Iterable, Sequence
 
 from kinetostatics.engine.c_code import places_of
 from kinetostatics.engine.scalars import LEAVES, Tape, needed_by, operands
-from kinetostatics.math.arrays import Array
 
 #: Largest number of operations in a function; engines optimize larger ones slowly.
 _PIECE = 2000
@@ -28,15 +27,15 @@ _NUMBER, _TRUTH, _FUNCTION = 0x7C, 0x7F, 0x60
 _PAGE = 65536
 
 
-def wasm_module(tape: Tape, outputs: Sequence[int], inputs: Sequence[int], parameters: Array) -> bytes:
+def wasm_module(tape: Tape, outputs: Sequence[int], inputs: Sequence[int]) -> bytes:
     """Return a module that computes the results of some operations; truth values are written as 0 and 1.
 
     Args:
         outputs: indices of these operations.
-        inputs: lengths of the input arrays, which follow one another at the beginning of the memory; the outputs follow them.
-        parameters: values of the parameters.
+        inputs: lengths of the input arrays, and of the array of parameters; these arrays follow one another at the beginning of
+            the memory, and the outputs follow them.
     """
-    return _Module(tape, outputs, inputs, parameters).code()
+    return _Module(tape, outputs, inputs).code()
 
 
 def _whole(value: int, signed: bool = False) -> bytes:
@@ -70,8 +69,8 @@ class _Module:
         first: index in the memory of each input array, and of the outputs.
     """
 
-    def __init__(self, tape: Tape, outputs: Sequence[int], inputs: Sequence[int], parameters: Array) -> None:
-        self.tape, self.outputs, self.parameters = tape, outputs, parameters
+    def __init__(self, tape: Tape, outputs: Sequence[int], inputs: Sequence[int]) -> None:
+        self.tape, self.outputs = tape, outputs
         self.first = [sum(inputs[:k]) for k in range(len(inputs) + 1)]
         self.is_truth = [isinstance(value, bool) for value in tape.values]
         steps = [k for k, needed in enumerate(needed_by(tape, outputs)) if needed and tape.operations[k][0] not in LEAVES]
@@ -158,10 +157,10 @@ class _Module:
         kind, *taken = self.tape.operations[number]
         if kind == "truth":
             return b"\x41" + bytes([taken[0]])
-        if kind == "input":
-            place = self.first[taken[0]] + taken[1]
+        if kind in ("input", "parameter"):
+            place = self.first[taken[0] if kind == "input" else -2] + taken[-1]
         elif kind in LEAVES:
-            value = float(self.parameters[taken[0]]) if kind == "parameter" else float.fromhex(taken[0])
+            value = float.fromhex(taken[0])
             found, _ = self.constants.setdefault(value.hex(), (len(self.constants), value))  # the text distinguishes −0 from 0
             place = self.constants_at + found
         else:

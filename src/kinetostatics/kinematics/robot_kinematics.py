@@ -105,7 +105,10 @@ class RobotKinematics:
         self.description: RobotDescription = mechanism.description
         self.name: str = mechanism.description.name
         self.equations = LoopEquations(mechanism)
-        self._origins: dict[PrescribedCoordinates, tuple[Array, Array]] = {}
+
+    @cached_property
+    def _origins(self) -> dict[PrescribedCoordinates, tuple[Array, Array]]:
+        return {}
 
     # ---- sizes ----------------------------------------------------------------------------------------------------------
 

@@ -79,7 +79,7 @@ def actuator_unit(robot: Robot, name: str) -> str:
 
 
 def _coordinate(configuration: Configuration, value: Array, is_length: bool) -> Coordinate:
-    return (value, MILLIMETRES, NOISE * configuration.robot.length) if is_length else (value, DEGREES, NOISE)
+    return (value, MILLIMETRES, NOISE * float(configuration.robot.length)) if is_length else (value, DEGREES, NOISE)
 
 
 def at_pose(coordinate: Coordinate, with_unit: bool = True) -> Number:

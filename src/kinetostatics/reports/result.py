@@ -126,7 +126,7 @@ def _states(result: Result) -> list[Table | Text]:
 
 def noise_floor(result: Result) -> NoiseFloor:
     wrenches = [*result.joint_wrenches.values(), result.platform_wrench]
-    return NoiseFloor.of(result.contributions.values(), wrenches, result.robot.length)
+    return NoiseFloor.of(result.contributions.values(), wrenches, float(result.robot.length))
 
 
 def _quantities(result: Result) -> list[tuple[str, Array, Units, float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,8 +61,11 @@ def near_singularity(result: Result) -> NearSingularity:
     return NearSingularity(index, amplification)
 
 
-def are_regular(robot: Robot, solution: Solution) -> Mask:
-    """(N,) False where :attr:`NearSingularity.where` is True: by the definiteness of matrices, which can be recorded."""
+def are_regular(robot: Robot, solution: Solution, usual: Sequence[Array]) -> Mask:
+    """(N,) False where :attr:`NearSingularity.where` is True: by the definiteness of matrices, which can be recorded.
+
+    ``usual``: the result of :func:`generic_forces`.
+    """
     scale = np.repeat([1.0, 1 / robot.length], 3)[:, None, None, None]
     total, regular = zeros_for((6, 6, solution.o.shape[1]), solution.o), np.ones(solution.o.shape[1], dtype=bool)
     total[range(6), range(6)] -= LEAST_CONSTRAINT**2
@@ -71,7 +75,7 @@ def are_regular(robot: Robot, solution: Solution) -> Mask:
             gram = np.einsum("icgn,idgn->cdgn", columns, columns)
             total += np.einsum("icgn,cjgn->ijn", columns, Cholesky(gram).solve(np.swapaxes(columns, 0, 1)))
         if _is_network(statics):
-            forces, most = statics.cut_wrenches[:, :3], _generic_forces(robot)[number][:, None] / LEAST_CONSTRAINT
+            forces, most = statics.cut_wrenches[:, :3], usual[number][:, None] / LEAST_CONSTRAINT
             regular &= np.all(_is_positive(most**2 * gram - np.einsum("mkcgn,mkdgn->cdgn", forces, forces)), axis=0)
     return regular & _is_positive(total)
 
@@ -134,7 +138,7 @@ def _amplifications(result: Result) -> tuple[Array, Array]:
         for number, statics in enumerate(solution.statics):
             if not _is_network(statics):
                 continue
-            usual = usual or _generic_forces(result.robot)
+            usual = usual or generic_forces(result.robot)
             sizes, wrenches = _joint_forces(statics, result.robot.length)
             ratios = sizes / usual[number][:, None]
             for ratio, wrench in zip(ratios, wrenches, strict=True):
@@ -159,7 +163,7 @@ def _joint_forces(statics: LimbStatics, length: float) -> tuple[Array, Array]:
     return sizes[..., 0], np.einsum("gnik,gnk->gni", Q, rows[..., 0, :])
 
 
-def _generic_forces(robot: Robot) -> list[Array]:
+def generic_forces(robot: Robot) -> list[Array]:
     """For each group, return the largest joint force (g,) under a unit wrench, at the generic pose where it is least."""
     least_forces = [np.full(len(group.limbs), np.inf) for group in robot.statics.groups]
     frames = robot.generic_frames

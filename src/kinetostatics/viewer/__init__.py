@@ -10,6 +10,7 @@ import os
 import sys
 import tempfile
 import webbrowser
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -57,6 +58,7 @@ def show(
     exaggeration: float | None = None,
     by_mechanism: bool = False,
     compare: Result | None = None,
+    vary: Mapping[str, object] | None = None,
     visualizer: meshcat.Visualizer | None = None,
     node: str | None = None,
 ) -> View | meshcat.Visualizer:
@@ -73,6 +75,9 @@ def show(
             the limb's deformation. See :attr:`Result.mechanism_contributions`.
         compare: a second result, of another pose, load or robot. It is drawn as a ghost over the first one, or beside it with
             the same camera. ``pose`` applies to both.
+        vary: one to three parameters that the page varies by sliders, by name of an argument of the robot's file or of a number
+            of a part: a range such as ``"40mm:120mm"`` or ``(0.04, 0.12)``; a list of values, or a catalogue, see
+            :func:`kinetostatics.optimize`; or None for half to one and a half times the file's value.
         visualizer: a ``meshcat.Visualizer``; the robot is drawn into its scene. The first drawing also sets camera and light.
             Default: a separate page.
         node: path in meshcat's tree, relative to the visualizer; the content of this node is replaced. Default:
@@ -89,8 +94,8 @@ def show(
     if visualizer is not None:
         if compare is not None:
             raise ArgumentError("compare= is for pages; a visualizer shows one result: draw the other one at another node")
-        if by_mechanism:
-            raise ArgumentError("by_mechanism= adds sliders to a page; a visualizer has none: leave it out")
+        if by_mechanism or vary is not None:
+            raise ArgumentError("by_mechanism= and vary= add sliders to a page; a visualizer has none: leave them out")
         if isinstance(result, Modes):
             raise ArgumentError("a visualizer shows results, and modes are shown by a page: leave visualizer= out")
         drawn = _drawable(result)
@@ -103,7 +108,7 @@ def show(
         return draw(describe_scene(drawn, title, pose=pose, exaggeration=exaggeration), visualizer, node)
     if node is not None:
         raise ArgumentError("node= needs visualizer=: it is the node at which the robot is drawn")
-    html = _page(result, title, pose, exaggeration, by_mechanism, compare)
+    html = _page(result, title, pose, exaggeration, by_mechanism, compare, vary=vary)
     if in_notebook():
         return View(html)
     file = _temporary_file(html, (result if isinstance(result, Robot) else result.robot).name)
@@ -120,17 +125,18 @@ def save_html(
     exaggeration: float | None = None,
     by_mechanism: bool = False,
     compare: Result | None = None,
+    vary: Mapping[str, object] | None = None,
 ) -> None:
     """Write the page of a result as one HTML file, which a browser opens without server and network.
 
     Args:
-        result, title, pose, exaggeration, by_mechanism, compare: see :func:`show`.
+        result, title, pose, exaggeration, by_mechanism, compare, vary: see :func:`show`.
         path: path of the file; an existing file is replaced.
 
     Raises:
         ArgumentError: no pose could be analysed, there are more than 1000 poses, or an argument is invalid.
     """
-    save_page(path, lambda: _page(result, title, pose, exaggeration, by_mechanism, compare))
+    save_page(path, lambda: _page(result, title, pose, exaggeration, by_mechanism, compare, vary=vary))
 
 
 def save_image(
@@ -175,9 +181,12 @@ def _page(
     compare: Result | None,
     mode: int = 1,
     computes: bool = True,
+    vary: Mapping[str, object] | None = None,
 ) -> str:
     if compare is not None and not isinstance(compare, Result):
         raise ArgumentError(f"compare= needs a Result, got {compare!r}: ks.analyze(robot.assemble())")
+    if compare is not None and vary is not None:
+        raise ArgumentError("vary= varies one robot, and compare= shows two: leave one of them out")
     drawn = _drawable(result, pose)
     if isinstance(drawn, SinglePose) and (compare is not None or by_mechanism):
         raise ArgumentError("compare= and by_mechanism= need a result, and this pose is drawn without loads: leave them out")
@@ -194,20 +203,23 @@ def _page(
         return replace(scene_of(drawn, title, every), first=mode - 1, compare=second)
 
     with waiting("making the page"):
-        return fitting_page(scene, engine=_engine(drawn, by_mechanism) if computes and compare is None else None)
+        return fitting_page(scene, engine=_engine(drawn, by_mechanism, vary) if computes and compare is None else None)
 
 
-def _engine(drawn: Result | SinglePose, by_mechanism: bool) -> dict[str, object] | None:
+def _engine(drawn: Result | SinglePose, by_mechanism: bool, vary: Mapping[str, object] | None) -> dict[str, object] | None:
     """Return code and data with which the page of a single pose computes; None if it cannot."""
-    if not isinstance(drawn, Result) or drawn.shape != () or drawn.point is not None:
-        return None
-    from kinetostatics.engine.scalars import NotRecordedError
-    from kinetostatics.viewer.computing import computing_page
+    reason = "it shows no single result"
+    if isinstance(drawn, Result) and drawn.shape == () and drawn.point is None:
+        from kinetostatics.engine.scalars import NotRecordedError
+        from kinetostatics.viewer.computing import computing_page
 
-    try:
-        return computing_page(drawn, by_mechanism)
-    except NotRecordedError:
-        return None
+        try:
+            return computing_page(drawn, by_mechanism, vary)
+        except NotRecordedError as error:
+            reason = str(error)
+    if vary is not None:
+        raise ArgumentError(f"vary= needs a page that computes, and this one does not: {reason}")
+    return None
 
 
 def _drawable(given: object, pose: int | tuple[int, ...] | None = None) -> Result | SinglePose:

@@ -77,21 +77,13 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
 
 def _centre(poses: DrawnPoses, connection: Connection) -> Array:
     """(F, 3) [m], as a point of the successor."""
-    successor = poses.frame(connection.successor)
-    if not connection.is_loop:
-        return successor[:, :3, 3]
-    outer = poses.robot.description.loops[connection.name].successor_origin.matrix[:3, 3]
-    return np.asanyarray(successor[:, :3, :3] @ outer + successor[:, :3, 3])
+    return poses.placed(connection.successor_body, connection.successor_frame)[:, :3, 3]
 
 
 def _axis(poses: DrawnPoses, connection: Connection) -> Array:
     """(F, 3), as a direction fixed to the predecessor."""
-    description = poses.robot.description
-    if connection.is_loop:
-        inner = description.loops[connection.name].predecessor_origin.matrix
-    else:
-        inner = description.joints[connection.name].origin.matrix
-    return np.asanyarray(poses.frame(connection.predecessor)[:, :3, :3] @ (inner[:3, :3] @ connection.axis))
+    frame = poses.placed(connection.predecessor_body, connection.predecessor_frame)
+    return np.asanyarray(frame[:, :3, :3] @ connection.axis)
 
 
 def _twist(poses: DrawnPoses, connection: Connection, centre: Array) -> Array:

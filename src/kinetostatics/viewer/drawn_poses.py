@@ -18,7 +18,7 @@ from kinetostatics.arguments import warn
 from kinetostatics.elements.link import LinkSurface
 from kinetostatics.engine.recorder import recorded
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.math.arrays import Array, zeros_for
+from kinetostatics.math.arrays import Array, batch_first, zeros_for
 from kinetostatics.math.screws import move
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
@@ -48,13 +48,17 @@ class DrawnPoses(ABC):
     labels: tuple[str, ...]
 
     @abstractmethod
+    def placed(self, body: int, placement: Array) -> Array:
+        """Return (F, 4, 4) frames at rest: a placement (4, 4) in a body, in world axes."""
+
     def frame(self, link: str) -> Array:
         """Return (F, 4, 4) frames of a link at rest."""
+        return self.placed(*self.robot.mechanism.body_of[link])
 
-    @property
-    @abstractmethod
+    @cached_property
     def platform_frame(self) -> Array:
         """(F, 4, 4) frames o-xyz at rest."""
+        return self.placed(*self.robot.mechanism.platform_frame)
 
     @property
     def o(self) -> Array:
@@ -106,11 +110,10 @@ class DrawnPoses(ABC):
 
     def interfaces(self, name: str) -> Array:
         """Return (F, n, 3) interfaces of an elastic link that is no beam, at rest [m]."""
-        topology, link = self.robot.topology, self.robot.description.flexible[name].link
+        topology, body = self.robot.topology, self.robot.mechanism.body_of[self.robot.description.flexible[name].link][0]
         ends = [(topology.spans[key].start, topology.spans[key].end)[end] for key, end, _ in topology.interfaces(name)]
-        body_from_link = self.robot.mechanism.body_of[link][1]
-        points = np.linalg.solve(body_from_link, np.vstack([np.transpose(ends), np.ones(len(ends))]))
-        return np.asanyarray(np.swapaxes(self.frame(link) @ points, 1, 2))[..., :3]
+        frame = self.placed(body, np.eye(4))
+        return np.asanyarray(np.stack(ends) @ np.swapaxes(frame[:, :3, :3], 1, 2) + frame[:, None, :3, 3])
 
     def interface_twists(self, name: str) -> Array:
         """Return (F, K, n, 6) twists of these interfaces [m, rad]; as of a rigid link, unless more is known."""
@@ -238,12 +241,9 @@ class ShownPoses(DrawnPoses):
         shape = self.result.shape + array.shape[array.ndim - components :]
         return self.take(np.broadcast_to(array, shape))
 
-    def frame(self, link: str) -> Array:
-        return self.of_configuration(self.result.configuration.frame(link), 2)
-
-    @cached_property
-    def platform_frame(self) -> Array:
-        return self.of_configuration(self.result.configuration.platform_frame, 2)
+    def placed(self, body: int, placement: Array) -> Array:
+        configuration = self.result.configuration
+        return self.of_configuration(batch_first(configuration.frames.matrices(body, placement), configuration.shape), 2)
 
     @cached_property
     def platform_twist(self) -> Array:

@@ -66,13 +66,22 @@ def describe_scene(
     return scene if exaggeration is None else replace(scene, exaggeration=float(exaggeration))
 
 
-def scene_of(poses: ShownPoses | SinglePose, visuals: Mapping[str, LinkVisual], title: str | None = None) -> Scene:
-    """Return the scene of poses; see :func:`describe_scene`."""
-    return _SceneBuilder(poses, visuals).build(title)
+def scene_of(
+    poses: ShownPoses | SinglePose, visuals: Mapping[str, LinkVisual], title: str | None = None, size: float | None = None
+) -> Scene:
+    """Return the scene of poses; see :func:`describe_scene`. ``size`` is the robot's size [m], if it is not to be computed."""
+    return _SceneBuilder(poses, visuals, size).build(title)
+
+
+def meshes_of(result: Result) -> tuple[list[Mesh], float]:
+    """Return the meshes of the scene of a single pose, and the size of the robot [m]."""
+    builder = _SceneBuilder(ShownPoses(result), link_visuals(result.robot.description), None)
+    builder.draw()
+    return builder.meshes, builder.size
 
 
 class _SceneBuilder:
-    def __init__(self, poses: ShownPoses | SinglePose, visuals: Mapping[str, LinkVisual]) -> None:
+    def __init__(self, poses: ShownPoses | SinglePose, visuals: Mapping[str, LinkVisual], size: float | None) -> None:
         self.poses, self.robot, self.visuals = poses, poses.robot, visuals
         self.stations = Stations(self.poses.count, self.poses.labels)
         self.joints = find_joints(self.poses)
@@ -81,23 +90,28 @@ class _SceneBuilder:
         fixed = [joint for joint in self.robot.description.joints.values() if JOINT_TYPES[joint.type].is_fixed]
         self.holder = {joint.child: joint.parent for joint in fixed}
         self.flexible = {part.link: name for name, part in self.robot.description.flexible.items()}
-        self.size = self._size()
+        self.size = self._size() if size is None else size
         elastic = self.robot.description.elastic_links or self.robot.description.joint_stiffness
         #: whether links have their own colours
         self.plain = isinstance(poses, UnloadedPose) or not (elastic or "assembly_errors" in poses.contribution_names)
         self.meshes: list[Mesh] = []
         self.at: dict[str, int] = {}
 
-    def build(self, title: str | None) -> Scene:
-        poses, stations = self.poses, self.stations
-        description = self.robot.description
-        self.at["o"] = stations.add(poses.platform_frame, poses.platform_twist)
-        self.at["base"] = stations.add(poses.frame(description.base))
+    def draw(self) -> None:
+        """Draw all parts: add their stations and meshes."""
+        self.at["o"] = self.stations.add(self.poses.platform_frame, self.poses.platform_twist)
+        self.at["base"] = self.stations.add(self.poses.frame(self.robot.description.base))
         self._links()
         self._beams()
         self._joint_markers()
         self._springs()
         self._masses_at_points()
+        if self.plain:
+            self.meshes = [self._without_deflections(mesh) for mesh in self.meshes]
+
+    def build(self, title: str | None) -> Scene:
+        poses, stations = self.poses, self.stations
+        self.draw()
         arrows: Iterable[Arrow] = ()
         if isinstance(poses, ShownPoses):
             arrows = Wrenches(poses, stations, self.joints, self.springs, self.at, self.size).arrows()
@@ -112,8 +126,6 @@ class _SceneBuilder:
             title or self.robot.name, stations, self.size, self._exaggeration(), self.at["o"], facts, self.meshes, visible_arrows,
             [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")], self._limb_labels(),
         )  # fmt: skip
-        if self.plain:
-            scene.meshes = [self._without_deflections(mesh) for mesh in self.meshes]
         if isinstance(poses, SinglePose):
             scene.unloaded = True
             scene.notes = [*poses.notes, *self._decimation_notes()]

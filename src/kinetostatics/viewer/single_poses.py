@@ -45,15 +45,8 @@ class SinglePose(DrawnPoses):
     def notes(self) -> list[str]:
         """Notes of the page."""
 
-    def _homogeneous(self, body: int, placement: Array) -> Array:
+    def placed(self, body: int, placement: Array) -> Array:
         return np.moveaxis(self.frames.matrices(body, placement), -1, 0)
-
-    def frame(self, link: str) -> Array:
-        return self._homogeneous(*self.robot.mechanism.body_of[link])
-
-    @property
-    def platform_frame(self) -> Array:
-        return self._homogeneous(*self.robot.mechanism.platform_frame)
 
     @cached_property
     def _models(self) -> Mapping[str, BeamModel]:

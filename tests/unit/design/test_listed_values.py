@@ -7,7 +7,7 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.design import search as module
 from kinetostatics.design.search import search
-from kinetostatics.design.variables import Choice, Range, VariedNumbers
+from kinetostatics.parametric.variables import Choice, Range, VariedNumbers
 
 LENGTH = Range("length", 0.1, 0.5)
 ROWS = ((0.01, 0.002), (0.02, 0.001), (0.03, 0.004), (0.04, 0.001), (0.05, 0.002))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kinetostatics.design.search import search
-from kinetostatics.design.variables import Range
+from kinetostatics.parametric.variables import Range
 
 
 def problem(objective, *margins):

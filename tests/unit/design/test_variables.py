@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kinetostatics.design.variables import Range, read_variables
+from kinetostatics.parametric.variables import Range, read_variables
 
 RANGES = [Range("diameter", 0.02, 0.12), Range("angle", -0.5, 1.5), Range("offset", 0.0, 0.3)]
 

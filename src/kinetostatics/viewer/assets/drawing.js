@@ -84,8 +84,12 @@ class Robot {
     const rigid = typeof spec.station === "number", atRest = root !== "Deformed", pale = root === "Rest";
     const byQuantity = spec.colour === "deflection" && !atRest, old = this.solids.get(path);
     if (old && old.rigid === rigid && old.spec.faces.length === spec.faces.length && old.spec.vertices.length === spec.vertices.length) {
-      old.spec = spec; // an update of the same object
-      old.mesh.geometry.attributes.position.copyArray(spec.vertices).needsUpdate = true;
+      const { geometry } = old.mesh; // an update of the same object
+      old.spec = spec;
+      geometry.attributes.position.copyArray(spec.vertices).needsUpdate = true;
+      geometry.setIndex(new THREE.BufferAttribute(spec.faces, 1));
+      geometry.computeVertexNormals();
+      geometry.boundingBox = geometry.boundingSphere = null;
       return;
     }
     const geometry = new THREE.BufferGeometry();

@@ -22,16 +22,44 @@ class Machine {
   constructor(data, modules) {
     this.data = data;
     this.modules = modules;
-    for (const section of Object.values(data.statics.sections)) section.forms = new Float64Array(bytesOf(section.forms).buffer);
+    this.use(data.robot);
     this.pose = { x: data.x, c: data.c };
     this.loads = { load: [...data.load], gravity: [...data.gravity], payload: [...data.payload] };
   }
 
+  /** Use the numbers of one of the robots of the page. */
+  use(number) {
+    const { robots, lines } = this.data, robot = robots[number], numbers = (text) => new Float64Array(bytesOf(text).buffer);
+    this.number = number;
+    this.robot = robot;
+    this.values = Object.fromEntries(Object.entries(robot.values).map(([kind, text]) => [kind, numbers(text)]));
+    this.sections = Object.fromEntries(Object.entries(robot.sections).map(([name, { forms, rings }]) => [name, { forms: numbers(forms), rings }]));
+    this.lines = Object.fromEntries(Object.entries(lines).map(([kind, line]) => [kind, { ...line, ...robot.lines[kind] }]));
+  }
+
+  /** Take another robot of the page, at the platform's present coordinates; false if they cannot be reached. */
+  vary(number) {
+    if (!this.data.robots[number]) return false;
+    const before = this.number, kind = this.lines.platform ? "platform" : "actuators", target = this.present(kind);
+    this.use(number);
+    const pose = this.corrected(this.lines[kind], this.pose, target, false) || this.fromZero(kind, target);
+    const reached = pose !== null && !["SINGULAR", "NOT_COVERED"].includes(this.solved(pose).status);
+    if (reached) this.pose = pose;
+    else this.use(before);
+    return reached;
+  }
+
+  /** The pose at the end of the line from the zero pose to coordinates; null if it is not reached. */
+  fromZero(kind, target) {
+    const start = this.begin(this.lines[kind], this.robot.zero, target, false);
+    return start && this.follow(this.lines[kind], start, target);
+  }
+
   /** The outputs of a program. They are valid until its next call. */
-  call({ module, inputs, outputs }, ...arrays) {
+  call({ module, kind, inputs, outputs }, ...arrays) {
     const { memory, run } = this.modules[module], numbers = new Float64Array(memory.buffer);
     let at = 0;
-    for (const array of arrays) { numbers.set(array, at); at += array.length; }
+    for (const array of [...arrays, this.values[kind]]) { numbers.set(array, at); at += array.length; }
     run();
     return numbers.subarray(inputs, inputs + outputs);
   }
@@ -76,7 +104,7 @@ class Machine {
       if (moved && this.onOneSide(line, pose, moved)) {
         pose = moved;
         gone = trial;
-        if (gone === 1) return this.closed(pose).rough > this.data.rough ? this.corrected(line, pose, target, false) || pose : pose;
+        if (gone === 1) return this.closed(pose).rough > this.robot.rough ? this.corrected(line, pose, target, false) || pose : pose;
         if (steady) stride = Math.min(2 * stride, longest);
         steady = true;
       } else {
@@ -93,13 +121,16 @@ class Machine {
     const { closed } = this.data, { places, limits, names } = closed, out = this.call(closed, x);
     const values = ([first, count]) => Array.from(out.subarray(first, first + count));
     const named = (kind) => Object.fromEntries(names[kind].map((name, k) => [name, out[places[kind][0] + k]]));
-    const beyond = limits.filter(({ within }) => !out[within[0]]).map((joint) => ({ ...joint, value: values(joint.value)[0] }));
+    const beyond = limits.filter(({ within }) => !out[within[0]]).map((joint) => {
+      const [lower, upper] = this.robot.limits[joint.name];
+      return { ...joint, lower, upper, value: values(joint.value)[0] };
+    });
     return { rough: out[places.rough[0]], opening: out[places.opening[0]], holds: out[places.holds[0]] !== 0, actuators: named("actuators"), platform: named("platform"), beyond };
   }
 
   /** Why a pose reached from another one is not admissible: {reason, joint, limit}; null if it is. Limits exceeded already are ignored. */
   objection(from, to, ignored) {
-    const { actuators } = this.data.lines, joint = this.closed(to).beyond.find(({ name }) => !ignored.has(name));
+    const { actuators } = this.lines, joint = this.closed(to).beyond.find(({ name }) => !ignored.has(name));
     if (joint) return { reason: "limit", joint, limit: joint.lower !== null && joint.value < joint.lower ? joint.lower : joint.upper };
     if (actuators && this.onOneSide(actuators, from, from) && !this.onOneSide(actuators, from, to)) return { reason: "singular" };
     return null;
@@ -108,7 +139,7 @@ class Machine {
   /** The last admissible pose on the straight line from a pose to coordinates: {pose, part, reason, joint, limit}; no reason at its end.
    * The line is searched in `parts` steps. */
   lastOnLine(kind, from, target, parts = 1) {
-    const line = this.data.lines[kind], ignored = new Set(this.closed(from).beyond.map(({ name }) => name));
+    const line = this.lines[kind], ignored = new Set(this.closed(from).beyond.map(({ name }) => name));
     const start = this.begin(line, from, target);
     if (!start) return { pose: from, part: 0, reason: "loops" };
     const point = (part) => (part === 1 ? target : start.at.map((value, k) => value + part * (target[k] - value)));
@@ -132,13 +163,13 @@ class Machine {
   /** Coordinates of a kind at a pose, in the order of its line. */
   present(kind, pose = this.pose) {
     const values = this.closed(pose)[kind];
-    return this.data.lines[kind].names.map((name) => values[name]);
+    return this.lines[kind].names.map((name) => values[name]);
   }
 
   /** Move as far as possible on the straight line to coordinates {name: value} [m, rad]; return the end of the line.
    * Where the pose there has no results, the robot stays. */
   move(kind, values) {
-    const here = this.closed(this.pose)[kind], { names } = this.data.lines[kind];
+    const here = this.closed(this.pose)[kind], { names } = this.lines[kind];
     const end = this.lastOnLine(kind, this.pose, names.map((name) => values[name] ?? here[name]));
     const { status } = this.solved(end.pose);
     if (status === "SINGULAR" || status === "NOT_COVERED") return { ...end, reason: status === "SINGULAR" ? "singular" : "uncovered" };
@@ -162,7 +193,7 @@ class Machine {
 
   /** Sentences about a solution: of the robot, of limits, of large motions. */
   warnings({ status, closed, values }) {
-    const { warnings, length, statics, efforts, closed: { names } } = this.data, twist = values("twist"), texts = [...warnings];
+    const { warnings, length, efforts } = this.robot, { statics, closed: { names } } = this.data, twist = values("twist"), texts = [...warnings];
     if (status === "NOT_COVERED") return [...texts, "a rank or a basis is in doubt at this pose: Python decides, not the page"];
     if (status === "SINGULAR") return [...texts, "with the actuators locked the platform or a limb can still move: no results"];
     if (!values("regular")[0]) texts.push("the pose is nearly singular: the platform is almost free in a motion, which a report of Python names");
@@ -185,13 +216,12 @@ class Machine {
   /** Coordinates, forces and stiffness at given coordinates {name: value} of platform or actuators, under given loads, in SI units.
    * Loads that are not given are those of the page, coordinates those of its pose; the robot moves there from its zero pose. */
   analyze({ platform, actuators, load, gravity, payload } = {}) {
-    const kind = platform ? "platform" : "actuators", given = platform || actuators, { lines, names } = { ...this.data, names: this.data.closed.names };
+    const kind = platform ? "platform" : "actuators", given = platform || actuators, { lines, data: { closed: { names } } } = this;
     let { pose } = this;
     if (given) {
       const line = lines[kind], wrong = line ? Object.keys(given).filter((name) => !line.names.includes(name)) : [];
       if (!line || wrong.length || line.names.some((name) => !(name in given) && !line.idle.includes(name))) throw new Error(`give ${kind} coordinates ${line ? line.names.join(", ") : "of another kind"}`);
-      const target = line.names.map((name) => Number(given[name] ?? 0)), start = this.begin(line, this.data.zero, target, false);
-      pose = start && this.follow(line, start, target);
+      pose = this.fromZero(kind, line.names.map((name) => Number(given[name] ?? 0)));
     }
     if (!pose) return { status: "UNREACHABLE", platform: null, actuators: null, twist: null, actuator_forces: null, stiffness: null, warnings: [] };
     const solution = this.solved(pose, { load: load || this.loads.load, gravity: gravity || this.loads.gravity, payload: payload || this.loads.payload });
@@ -232,7 +262,7 @@ function sceneOf(machine, size) {
   addStations(scene, machine.data.statics.beams);
   scaleArrows(scene.arrows, size);
   for (const card of Object.values(scene.cards)) {
-    if (card.section) addStress(card, machine.data.statics.sections[card.section]);
+    if (card.section) addStress(card, machine.sections[card.section]);
     card.rows = card.rows.filter((row) => row.values.every(Number.isFinite));
     for (const row of card.rows) Object.assign(row, formatOf(row.values, row));
   }
@@ -290,9 +320,9 @@ const FIVE = (x) => (Math.abs(x) < 5e-6 ? "0" : String(Number(x.toPrecision(5)))
 const vectorText = (values) => `(${values.map(FIVE).join(", ")})`;
 
 /** Lines of the heading: pose, gravity, load, payload, status. */
-function factsOf({ data, loads: { load, gravity, payload } }, { platform }, status) {
+function factsOf({ data, robot, loads: { load, gravity, payload } }, { platform }, status) {
   const pose = Object.entries(platform).map(([name, value]) => {
-    const [factor, unit, noise] = "xyz".includes(name) ? [1e-3, " mm", 1e-9 * data.length] : [Math.PI / 180, "\u00b0", 1e-9];
+    const [factor, unit, noise] = "xyz".includes(name) ? [1e-3, " mm", 1e-9 * robot.length] : [Math.PI / 180, "\u00b0", 1e-9];
     const shown = Math.abs(value) <= noise ? 0 : Math.round(100 * value / factor) / 100 + 0;
     return `${name} ${String(shown).replace("-", "\u2212")}${unit}`;
   });

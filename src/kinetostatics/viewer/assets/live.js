@@ -1,6 +1,6 @@
 /* A page that computes: sliders and handles move platform, actuators and loads; `machine` computes the scene (engine.js). */
 
-const FOLDS = { platform: "Move the platform", actuators: "Actuators", load: "Load at o", gravity: "Turn gravity", payload: "Payload" };
+const FOLDS = { parameters: "Parameters", platform: "Move the platform", actuators: "Actuators", load: "Load at o", gravity: "Turn gravity", payload: "Payload" };
 const UNITS = { mm: 1e-3, "°": Math.PI / 180 };
 const REST = 150; // time without a motion [ms] after which the ends of sliders are computed
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
@@ -15,21 +15,25 @@ function buildLive() {
   machine = page.machine;
   window.kinetostatics = { analyze: (given) => machine.analyze(given) };
   const parents = new Map();
-  page.controls = [...slidersOf("platform"), ...slidersOf("actuators"), ...loadSliders()];
+  page.controls = [...parameterSliders(), ...slidersOf("platform"), ...slidersOf("actuators"), ...loadSliders()];
   for (const c of page.controls) {
     if (!parents.has(c.kind)) {
-      parents.set(c.kind, fold(FOLDS[c.kind], ["platform", "actuators", "load"].includes(c.kind)));
+      parents.set(c.kind, fold(FOLDS[c.kind], ["parameters", "platform", "actuators", "load"].includes(c.kind)));
       if (c.kind === "platform") make("p", parents.get(c.kind), { className: "hint", textContent: "Drag the arrows and rings at o, the load's arrow, or the sliders." });
     }
     const { input } = slider(parents.get(c.kind), c.name, c.name.replace(/^[^:]*: /, ""), c.value, c.min, c.max, (x) => moveLive(c.name, x), (x) => inDigits(c, x));
-    input.addEventListener("change", () => lengthen(c.name));
+    if (c.texts) input.step = 1;
+    else input.addEventListener("change", () => lengthen(c.name));
     if (c.reach) showReach(c.name, c);
   }
 }
 
+/** Sliders of numbers of the robot; their values are places in a list. */
+const parameterSliders = () => machine.data.sliders.map(({ name, texts, at }) => ({ kind: "parameters", coordinate: name, name: `parameters: ${name}`, texts, value: at, min: 0, max: texts.length - 1 }));
+
 /** Sliders of the coordinates of a kind, with the ranges that the robot reaches from the present pose. */
 function slidersOf(kind) {
-  const line = machine.data.lines[kind];
+  const line = machine.lines[kind];
   if (!line) return [];
   const { size } = page.robots[0].scene, present = machine.present(kind);
   return line.names.map((coordinate, k) => {
@@ -62,7 +66,7 @@ function loadSliders() {
 }
 
 /** A value of a slider, with significant digits. */
-const inDigits = (c, x) => fixed(x, c.step < 0.1 ? 2 : c.step < 1 ? 1 : 0);
+const inDigits = (c, x) => (c.texts ? c.texts[x] : fixed(x, c.step < 0.1 ? 2 : c.step < 1 ? 1 : 0));
 
 /** Show the error and the warnings over the picture, where they do not shift the sliders: of several warnings the first, until opened. */
 function writeMessage({ notes }) {
@@ -94,8 +98,8 @@ function wordsOf({ reason, joint, limit }) {
 
 /** The ends of a slider of a coordinate, {reach, ends}: the robot moves from the present pose, and only this coordinate changes. */
 function reachOf({ kind, coordinate, factor, unit }) {
-  const { names } = machine.data.lines[kind], here = machine.present(kind), k = names.indexOf(coordinate);
-  const span = unit === "mm" ? machine.data.size : Math.PI;
+  const { names } = machine.lines[kind], here = machine.present(kind), k = names.indexOf(coordinate);
+  const span = unit === "mm" ? machine.robot.size : Math.PI;
   const both = [-span, span].map((way) => {
     const end = machine.lastOnLine(kind, machine.pose, here.map((value, n) => (n === k ? value + way : value)), 32);
     return { value: end.joint && end.joint.name === coordinate ? end.limit : here[k] + end.part * way, why: wordsOf(end) };
@@ -164,17 +168,35 @@ function showMotions() {
   page.error = null;
   for (const [name, value] of motions) {
     const c = controlOf(name);
+    if (c.kind === "parameters") { varyTo(c, value); continue; }
     c.value = value;
-    if (c.kind in machine.data.lines) {
+    if (c.kind in machine.lines) {
       known.clear();
       known.add(name);
       const end = machine.move(c.kind, { [c.coordinate]: value * c.factor });
-      if (end.reason) page.error = `${c.coordinate} stops at ${inDigits(c, machine.present(c.kind)[machine.data.lines[c.kind].names.indexOf(c.coordinate)] / c.factor)}${c.unit === "°" ? "" : "\u00a0"}${c.unit}: ${wordsOf(end)}`;
+      if (end.reason) page.error = `${c.coordinate} stops at ${inDigits(c, machine.present(c.kind)[machine.lines[c.kind].names.indexOf(c.coordinate)] / c.factor)}${c.unit === "°" ? "" : "\u00a0"}${c.unit}: ${wordsOf(end)}`;
     } else setLoads();
   }
   showAnswer();
   page.answers += 1;
   findReach();
+}
+
+/** Vary a number of the robot, place by place; at a place that it cannot have at this pose it keeps the one before. */
+function varyTo(c, value) {
+  while (c.value !== value) {
+    const way = Math.sign(value - c.value), sliders = page.controls.filter(({ kind }) => kind === "parameters");
+    let place = c.value + way;
+    const number = () => sliders.reduce((all, other) => all * other.texts.length + (other === c ? place : other.value), 0);
+    while (place !== value && !machine.vary(number())) place += way;
+    if (place === value && !machine.vary(number())) {
+      page.error = `${c.name.replace(/^[^:]*: /, "")} cannot be ${c.texts[value]} here: the robot cannot be assembled at this pose, or is another mechanism`;
+      break;
+    }
+    c.value = place;
+  }
+  known.clear();
+  page.robots[0].load({ meshes: machine.data.meshes.map((mesh, k) => ({ ...mesh, ...machine.data.shapes[machine.robot.shapes[k]] })) });
 }
 
 /** Set the machine's loads to those of the sliders. */
@@ -190,8 +212,8 @@ function showAnswer() {
   const scene = sceneOf(machine, page.robots[0].scene.size);
   if (page.held) for (const arrow of scene.arrows) if (arrow.path === page.held.path) arrow.metres_per_unit = page.held.metres_per_unit;
   page.robots[0].load(scene);
-  for (const kind of Object.keys(machine.data.lines)) machine.present(kind).forEach((value, k) => {
-    const c = page.controls.find((other) => other.kind === kind && other.coordinate === machine.data.lines[kind].names[k]);
+  for (const kind of Object.keys(machine.lines)) machine.present(kind).forEach((value, k) => {
+    const c = page.controls.find((other) => other.kind === kind && other.coordinate === machine.lines[kind].names[k]);
     c.value = value / c.factor;
   });
   for (const c of page.controls) {

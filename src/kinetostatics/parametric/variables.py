@@ -1,4 +1,4 @@
-"""Design variables of an optimization: their ranges, lists and catalogues of values, and the robots with these values."""
+"""Design variables: their ranges, lists and catalogues of values, and the robots with these values."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.csv_tables import read_csv
 from kinetostatics.parametric.parametric_robot import ParametricRobot, check_unit
@@ -134,7 +135,7 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
 
     A column's title is the name of a parameter, or the dimension at the end of this name, such as ``outer_diameter``.
     """
-    path = str(files("kinetostatics.design") / f"{name}.csv") if name in CATALOGUES else name
+    path = str(files("kinetostatics.parametric") / f"{name}.csv") if name in CATALOGUES else name
     example = "a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least"
     table = read_csv(path, example, least=2)
     titles = table.names
@@ -206,10 +207,12 @@ class VariedNumbers:
         unit = self.alike[name][0].unit
         return "" if unit == "1" else unit
 
+    def description(self, values: Mapping[str, float]) -> RobotDescription:
+        """Return the description with these values; expressions of the file are evaluated again."""
+        return self.robots.description({number.name: value for name, value in values.items() for number in self.alike[name]})
+
     def robot(self, values: Mapping[str, float]) -> Robot:
-        """Return the robot with these values; expressions of the file are evaluated again."""
-        changes = {number.name: value for name, value in values.items() for number in self.alike[name]}
-        return Robot(self.robots.description(changes))
+        return Robot(self.description(values))
 
 
 def varied_numbers(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tuple[str, str]]) -> VariedNumbers:
