@@ -9,6 +9,8 @@ from page_machine import answers, needs_node, relative
 
 import kinetostatics as ks
 from kinetostatics.parametric.parametric_robot import ParametricRobot
+from kinetostatics.sections import Station, Tapered
+from kinetostatics.viewer.cards import LARGEST_STRESS
 from kinetostatics.viewer.computing import determining_coordinates
 from kinetostatics.viewer.packing import Packing
 from kinetostatics.viewer.scene import describe_scene
@@ -109,7 +111,8 @@ def compare_scenes(scene, result):
         mine = scene["cards"][path]
         rows = {row["words"]: row["values"] for row in mine["rows"]}
         for row in card["rows"]:
-            if row["words"] != "N/N_Euler" and np.isfinite(row["values"]).all():
+            is_left_out = row["words"] == "N/N_Euler" or (row["words"] == LARGEST_STRESS and "section" not in mine)
+            if not is_left_out and np.isfinite(row["values"]).all():
                 is_force = any(kind in row["words"] for kind in ("force", "moment", "torque"))
                 size = result.robot.length if row["words"].startswith("position") else force if is_force else None
                 assert relative(rows[row["words"]], row["values"], size) < 1e-11
@@ -117,7 +120,7 @@ def compare_scenes(scene, result):
             # two components as a magnitude: how far a rod between ball joints has turned about itself depends on the way
             sizes, wanted = (np.sqrt(sum(np.square(lines[key]) for key in keys)) for lines in (mine["lines"], card["lines"]))
             assert relative(sizes, wanted, force) < 1e-11
-        if np.isfinite(card["lines"].get("stress", np.nan)).all():
+        if np.isfinite(card["lines"].get("stress", np.nan)).all() and "section" in mine:
             assert relative(mine["lines"]["stress"], card["lines"]["stress"]) < 1e-9
     for unit in ("displacement", "rotation"):
         assert {key: scene["units"][unit][key] for key in ("unit", "decimals")}.items() <= expected["units"][unit].items()
@@ -141,6 +144,20 @@ def test_drawn_scene_equals_that_of_python(name):
         compared += 1
         compare_scenes(answer["scene"], by_python(robot, case, start))
     assert compared
+
+
+def test_stresses_of_tapered_beams_are_left_out():
+    """The page has no formula for them; numbers of the pose at which it was recorded would stand there at all poses."""
+    description = package_robots.robot("five_bar").description
+    name, other = [*description.beams][:2]
+    stations = Tapered.of(Station(at, description.beams[name].section) for at in (0, 1))
+    robot = ks.Robot(description.changed(name, section=stations))
+    result = ks.analyze(robot.assemble(), [100, 0, -50, 0, 0, 0], payload=ks.Payload(2.0))
+    (scene,) = answers(result, [("return sceneOf(machine, 1)", None)])
+    words = {path: [row["words"] for row in card["rows"]] for path, card in scene["cards"].items()}
+    assert LARGEST_STRESS not in words[f"beams/{name}"] and LARGEST_STRESS in words[f"beams/{other}"]
+    assert scene["cards"][f"beams/{name}"]["lines"]["stress"] == [None]
+    compare_scenes(scene, result)
 
 
 VARIED = """const { sliders } = machine.data, counts = sliders.map(({ texts }) => texts.length);

@@ -316,7 +316,7 @@ def test_unwritable_file_and_by_mechanism_in_meshcat_are_errors(tmp_path):
     result = ks.analyze(package_robots.robot("3rps").assemble())
     with pytest.raises(ks.KinetostaticsError, match="cannot be written"):
         ks.save_html(result, tmp_path / "missing" / "x.html")
-    with pytest.raises(ks.ArgumentError, match="by_mechanism= adds sliders to a page"):
+    with pytest.raises(ks.ArgumentError, match="by_mechanism= and vary= add sliders to a page"):
         ks.show(result, by_mechanism=True, visualizer=object())
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -72,8 +72,8 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
             raise NotRecordedError(f"numpy.{ufunc.__name__}")
         plain = [_plain(operand) for operand in inputs]
         out = options.pop("out", (None,))[0]
-        if method == "reduce":
-            result = _ELEMENTWISE[ufunc].reduce(plain[0], **options)
+        if method in ("reduce", "accumulate"):
+            result = getattr(_ELEMENTWISE[ufunc], method)(plain[0], **options)
         elif method == "__call__":
             result = (ufunc if ufunc in _NATIVE else _ELEMENTWISE[ufunc])(*plain)
         else:
@@ -192,13 +192,16 @@ class Structure:
         if isinstance(original, list | tuple):
             self._add_to_key(type(original).__name__, len(original))
             parts = [self._copied(part) for part in original]
+            if self._is_kept(parts, original):
+                return original
             return type(original)(*parts) if hasattr(original, "_fields") else type(original)(parts)
         if isinstance(original, set | frozenset):
             self._add_to_key("set", sorted(map(repr, original)))
             return original
         if isinstance(original, Mapping):
             self._add_to_key("mapping", len(original))
-            return {self._copied(key): self._copied(value) for key, value in original.items()}
+            copies = {self._copied(key): self._copied(value) for key, value in original.items()}
+            return original if self._is_kept(copies.values(), original.values()) else copies
         if is_dataclass(original) or type(original).__module__.startswith("kinetostatics."):
             return self._object(original)
         if self._whole:
@@ -223,9 +226,16 @@ class Structure:
         self._add_to_key(kind.__qualname__, names)
         for name in names:
             vars(copy)[name] = self._copied(getattr(original, name))
+        if self._is_kept(map(vars(copy).get, names), (getattr(original, name) for name in names)):
+            self._copies[id(original)] = (*self._copies[id(original)][:2], original)
+            return original
         if self._whole and is_dataclass(original):
             vars(copy).update({field.name: getattr(original, field.name) for field in fields(original) if not field.compare})
         return copy
+
+    def _is_kept(self, copies: Iterable[object], originals: Iterable[object]) -> bool:
+        """Whether no number in data varies, so that they need no copy."""
+        return self._varying is not None and all(a is b for a, b in zip(copies, originals, strict=True))
 
     def _number(self, value: float) -> Number:
         if (value in (0.0, 1.0, -1.0) and not self._all_vary) or not math.isfinite(value):
@@ -262,6 +272,8 @@ class Structure:
         self._values += flat[~constant].tolist()
         if self._tape is None:
             return array
+        if self._varying is not None and not np.any(self._varying[first : len(self._values)]):
+            return array if np.array_equal(array.ravel(), rounded, equal_nan=True) else rounded.reshape(array.shape)
         copy = rounded.astype(object)
         varying = np.flatnonzero(~constant).tolist()
         for place, number in enumerate(varying):

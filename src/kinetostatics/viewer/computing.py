@@ -18,7 +18,7 @@ from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING
 from kinetostatics.results.result import Result
 from kinetostatics.statics.inertia import INERTIA
 from kinetostatics.viewer.packing import packed_code
-from kinetostatics.viewer.programs import SHAPE, PageRobot
+from kinetostatics.viewer.programs import PageRobot
 from kinetostatics.viewer.variations import Variations, vary_result
 
 #: Least measure of well-conditioned coordinates, as a part of the largest one.
@@ -76,13 +76,12 @@ def _recorded(variations: Variations, coordinates: Sequence[str], by_mechanism: 
             raise ArgumentError(f"vary: with some values of {names} other formulas apply, which a page cannot follow")
     changing = [k for k, mesh in enumerate(given.meshes) if any(robot.meshes[k] != mesh for robot in alike)]
     shapes = list(dict.fromkeys(robot.meshes[k][1] for robot in alike for k in changing))
-    index = {shape: k for k, shape in enumerate(shapes)}
     return {
         **programs,
         "meshes": [given.meshes[k][0] for k in changing],
-        "shapes": [dict(zip(SHAPE, shape, strict=True)) for shape in shapes],
+        "shapes": list(map(json.loads, shapes)),
         "robots": [
-            {**robot.numbers(varying), "shapes": [index[robot.meshes[k][1]] for k in changing]} if robot in alike else None
+            {**robot.numbers(varying), "shapes": [shapes.index(robot.meshes[k][1]) for k in changing]} if robot in alike else None
             for robot in robots
         ],
         "robot": variations.given,

@@ -7,6 +7,7 @@ them. The last inputs of each program are the numbers in which the robots of the
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -45,10 +46,6 @@ from kinetostatics.viewer.visuals import link_visuals
 
 #: Payload of the example: mass [kg] and centre [m].
 _EXAMPLE_PAYLOAD = (3.0, 0.02, -0.03, 0.05)
-
-
-#: Entries of :meth:`.Mesh.plain` that may differ between the robots of a page.
-SHAPE = ("vertices", "copies", "faces")
 
 
 class _RecordedPose(ShownPoses):
@@ -144,10 +141,11 @@ class PageRobot:
         return self._drawn[1]
 
     @cached_property
-    def meshes(self) -> list[tuple[dict[str, object], tuple[object, ...]]]:
-        """The surfaces as data for JSON: each without its shape, and its shape."""
+    def meshes(self) -> list[tuple[dict[str, object], str]]:
+        """The meshes as data for JSON: each without its shape, and its shape as JSON."""
         every = [mesh.plain() for mesh in self._drawn[0]]
-        return [({k: v for k, v in mesh.items() if k not in SHAPE}, tuple(mesh[k] for k in SHAPE)) for mesh in every]
+        shapes = [json.dumps({key: mesh.pop(key) for key in ("vertices", "copies", "faces")}) for mesh in every]
+        return list(zip(every, shapes, strict=True))
 
     @cached_property
     def limits(self) -> dict[str, list[float | None]]:
