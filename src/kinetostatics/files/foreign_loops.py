@@ -69,8 +69,8 @@ class ForeignJoint:
 
     def springs(self) -> list[XmlElement]:
         """Return the ``<joint_stiffness>`` of an elastic joint."""
-        linear, angular = self.stiffness[:3], self.stiffness[3:]
-        return [write_stiffness(JointStiffness(self.name, linear, angular))] if self.stiffness else []  # type: ignore[arg-type]
+        kinds: dict[str, Keyword] = {"linear": self.stiffness[:3], "angular": self.stiffness[3:]}
+        return [write_stiffness(JointStiffness(self.name, **kinds))] if self.stiffness else []
 
 
 @dataclass(frozen=True)

@@ -91,8 +91,7 @@ def completed(
 
 
 def _source(path: str, root: XmlElement) -> SourceRobot:
-    warnings: list[str] = []  # repeated when the new file is read
-    links, joints = read_links(root, warnings, []), read_joints(root, warnings)
+    links, joints = read_links(root, [], []), read_joints(root, [])  # their warnings are repeated when the new file is read
     tree_root(links, joints)
     return SourceRobot(path, root, links, joints)
 

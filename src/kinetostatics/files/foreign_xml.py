@@ -95,9 +95,8 @@ def couplings(source: SourceRobot) -> dict[str, XmlElement]:
         values = COUPLING.read(element)
         links = [reference(element.required_child(side), "link", source.links, "link") for side in ("predecessor", "successor")]
         moving = [[joint.name for joint in source.above(link) if not JOINT_TYPES[joint.type].is_fixed] for link in links]
-        common = {*moving[0]} & {*moving[1]}
-        coupled = [[name for name in names if name not in common] for names in moving]
-        if [len(names) for names in coupled] != [1, 1]:
+        coupled = [[name for name in names if name not in {*moving[0]} & {*moving[1]}] for names in moving]
+        if [len(names) for names in coupled] != [1, 1] or not values["value"]:
             joints = ", ".join(name for names in coupled for name in names) or "no joint"
             raise element.error(f"{element.label} couples {joints}; only the ratio of two joints can be read, as a <mimic>")
         (leader,), (follower,) = coupled
