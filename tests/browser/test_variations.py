@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import package_robots
 import pytest
-from browser_pages import move, settle, vertices
+from browser_pages import move, packed_in, settle, vertices
 from page_machine import relative
 
 import kinetostatics as ks
@@ -55,10 +55,18 @@ def test_wrong_variations_are_refused(five_bar, vary, text):
 
 
 def test_only_pages_that_compute_have_sliders(five_bar, tmp_path, capsys):
-    robot = five_bar.robot
-    for given in (robot, ks.analyze(robot.assemble(), assembly_errors={"shoulder_1": [1e-4, 0, 0, 0, 0, 0]})):
-        with pytest.raises(ks.ArgumentError, match="vary= needs a page that computes, and this one does not"):
-            ks.save_html(given, tmp_path / "page.html", vary={"tube_width": None})
+    robot, page = five_bar.robot, tmp_path / "page.html"
+    with pytest.raises(ks.ArgumentError, match="vary= needs one result of one pose"):
+        ks.save_html(robot, page, vary={"tube_width": None})
+    stored = ks.analyze(robot.assemble(), assembly_errors={"shoulder_1": [1e-4, 0, 0, 0, 0, 0]})
+    with pytest.raises(
+        ks.ArgumentError, match="vary= needs a page that computes, and this one does not: the result has assembly"
+    ):
+        ks.save_html(stored, page, vary={"tube_width": None})
+    ks.save_html(stored, page)
+    assert packed_in(page.read_text())["notes"][-1] == (
+        "this page shows one pose and computes no others: the result has assembly errors or a motion"
+    )
     with pytest.raises(ks.ArgumentError, match="vary= varies one robot, and compare= shows two"):
         ks.save_html(five_bar, tmp_path / "page.html", vary={"tube_width": None}, compare=five_bar)
     assert main(["view", "five_bar", "--vary", "tube_width", "--screenshot", "a.png"]) == 2

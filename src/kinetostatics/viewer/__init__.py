@@ -200,26 +200,31 @@ def _page(
 
     def scene(every: int) -> Scene:
         second = None if compare is None else scene_of(compare, None, every)
-        return replace(scene_of(drawn, title, every), first=mode - 1, compare=second)
+        first = scene_of(drawn, title, every)
+        return replace(first, first=mode - 1, compare=second, notes=[*first.notes, *notes])
 
     with waiting("making the page"):
-        return fitting_page(scene, engine=_engine(drawn, by_mechanism, vary) if computes and compare is None else None)
+        engine, notes = _engine(drawn, by_mechanism, vary) if computes and compare is None else (None, [])
+        return fitting_page(scene, engine=engine)
 
 
-def _engine(drawn: Result | SinglePose, by_mechanism: bool, vary: Mapping[str, object] | None) -> dict[str, object] | None:
-    """Return code and data with which the page of a single pose computes; None if it cannot."""
-    reason = "it shows no single result"
-    if isinstance(drawn, Result) and drawn.shape == () and drawn.point is None:
-        from kinetostatics.engine.scalars import NotRecordedError
-        from kinetostatics.viewer.computing import computing_page
+def _engine(
+    drawn: Result | SinglePose, by_mechanism: bool, vary: Mapping[str, object] | None
+) -> tuple[dict[str, object] | None, list[str]]:
+    """Return code and data with which the page of a single result computes; None and, of such a page, the reason if it cannot."""
+    if not isinstance(drawn, Result) or drawn.shape != () or drawn.point is not None:
+        if vary is not None:
+            raise ArgumentError("vary= needs one result of one pose with o as reference point")
+        return None, []
+    from kinetostatics.engine.scalars import NotRecordedError
+    from kinetostatics.viewer.computing import computing_page
 
-        try:
-            return computing_page(drawn, by_mechanism, vary)
-        except NotRecordedError as error:
-            reason = str(error)
-    if vary is not None:
-        raise ArgumentError(f"vary= needs a page that computes, and this one does not: {reason}")
-    return None
+    try:
+        return computing_page(drawn, by_mechanism, vary), []
+    except NotRecordedError as error:
+        if vary is not None:
+            raise ArgumentError(f"vary= needs a page that computes, and this one does not: {error}") from None
+        return None, [f"this page shows one pose and computes no others: {error}"]
 
 
 def _drawable(given: object, pose: int | tuple[int, ...] | None = None) -> Result | SinglePose:

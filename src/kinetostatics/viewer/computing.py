@@ -69,12 +69,13 @@ def _recorded(variations: Variations, coordinates: Sequence[str], by_mechanism: 
     assert given is not None
     alike = [robot for robot in robots if robot is not None and (robot is given or robot.is_like(given))]
     varying = {kind: np.ptp([robot.structures[kind].values for robot in alike], axis=0) > 0 for kind in given.structures}
-    programs, modules = given.programs(varying, given.size, by_mechanism)
+    size = given.size if variations.sliders else None
+    programs, modules = given.programs(varying, size, by_mechanism)
     for other in {alike[0], alike[-1]} - {given}:
-        if other.programs(varying, given.size, by_mechanism)[1] != modules:
+        if other.programs(varying, size, by_mechanism)[1] != modules:
             names = " and ".join(name for slider in variations.sliders for name in slider.names)
             raise ArgumentError(f"vary: with some values of {names} other formulas apply, which a page cannot follow")
-    changing = [k for k, mesh in enumerate(given.meshes) if any(robot.meshes[k] != mesh for robot in alike)]
+    changing = [k for k, mesh in enumerate(given.meshes) if any(robot.meshes[k] != mesh for robot in alike)] if alike[1:] else []
     shapes = list(dict.fromkeys(robot.meshes[k][1] for robot in alike for k in changing))
     return {
         **programs,

@@ -172,22 +172,21 @@ class PageRobot:
         alike = all(structure.key == other.structures[kind].key for kind, structure in self.structures.items())
         return alike and [mesh for mesh, _ in self.meshes] == [mesh for mesh, _ in other.meshes]
 
-    def programs(self, varying: Mapping[str, Mask], size: float, by_mechanism: bool) -> tuple[dict[str, object], list[bytes]]:
+    def programs(
+        self, varying: Mapping[str, Mask], size: float | None, by_mechanism: bool
+    ) -> tuple[dict[str, object], list[bytes]]:
         """Return the programs of the page, and their modules.
 
         Args:
             varying: True for those numbers of :attr:`structures` that are inputs.
-            size: size of the drawn robot [m].
+            size: size of the drawn robot [m], see :func:`.scene_of`.
         """
         example = self.robot.generic_poses.take(np.array([0]))
         code = _Code({kind: int(np.sum(mask)) for kind, mask in varying.items()})
         lines = {kind: _line(self.robot, line, example, varying[kind], kind, code) for kind, line in self.lines.items()}
         closed = _closed(self, varying["robot"], example, code)
-        return {
-            "lines": lines,
-            "closed": closed,
-            "statics": _statics(self, varying["robot"], example, size, by_mechanism, code),
-        }, code.modules
+        statics = _statics(self, varying["robot"], example, size, by_mechanism, code)
+        return {"lines": lines, "closed": closed, "statics": statics}, code.modules
 
     def numbers(self, varying: Mapping[str, Mask]) -> dict[str, object]:
         """Return what differs between the robots of a page, except shapes of meshes."""
@@ -279,7 +278,7 @@ def _closed(page_robot: PageRobot, varying: Mask, example: SolverState, code: _C
 
 
 def _statics(
-    page_robot: PageRobot, varying: Mask, example: SolverState, size: float, by_mechanism: bool, code: _Code
+    page_robot: PageRobot, varying: Mask, example: SolverState, size: float | None, by_mechanism: bool, code: _Code
 ) -> dict[str, object]:
     """Return the program of the equilibrium and of its drawing."""
     result, payload, tape = page_robot.result, page_robot.result.payload, Tape()
