@@ -72,8 +72,8 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
             raise NotRecordedError(f"numpy.{ufunc.__name__}")
         plain = [_plain(operand) for operand in inputs]
         out = options.pop("out", (None,))[0]
-        if method in ("reduce", "accumulate"):
-            result = getattr(_ELEMENTWISE[ufunc], method)(plain[0], **options)
+        if method == "reduce":
+            result = _ELEMENTWISE[ufunc].reduce(plain[0], **options)
         elif method == "__call__":
             result = (ufunc if ufunc in _NATIVE else _ELEMENTWISE[ufunc])(*plain)
         else:
@@ -258,23 +258,21 @@ class Structure:
             return array
         flat = np.ascontiguousarray(array, dtype=float).ravel()
         constant = ~np.isfinite(flat)
-        size = np.max(np.abs(flat), initial=0.0, where=~constant)
-        rounded, is_whole = flat, constant
-        for value, rounding in ((0.0, ROUNDING * size), (1.0, ROUNDING), (-1.0, ROUNDING)):
-            plain = ~constant & (np.abs(flat - value) <= rounding)
-            rounded, is_whole = np.where(plain, value, rounded), is_whole | plain
-        if self._whole:
-            flat = rounded
-        if not self._all_vary:
-            flat, constant = rounded, is_whole
+        if self._whole or not self._all_vary:
+            size, plain = np.max(np.abs(flat), initial=0.0, where=~constant), np.zeros(flat.shape, dtype=bool)
+            for value, rounding in ((0.0, ROUNDING * size), (1.0, ROUNDING), (-1.0, ROUNDING)):
+                near = ~constant & (np.abs(flat - value) <= rounding)
+                flat, plain = np.where(near, value, flat), plain | near
+            if not self._all_vary:
+                constant |= plain
         self._add_to_key("array", array.shape, constant.tobytes(), flat[constant].tobytes())
         first = len(self._values)
         self._values += flat[~constant].tolist()
         if self._tape is None:
             return array
         if self._varying is not None and not np.any(self._varying[first : len(self._values)]):
-            return array if np.array_equal(array.ravel(), rounded, equal_nan=True) else rounded.reshape(array.shape)
-        copy = rounded.astype(object)
+            return array if np.array_equal(array.ravel(), flat, equal_nan=True) else flat.reshape(array.shape)
+        copy = flat.astype(object)
         varying = np.flatnonzero(~constant).tolist()
         for place, number in enumerate(varying):
             if self._varying is None or self._varying[first + place]:
