@@ -3,6 +3,7 @@
 Needs Matplotlib, and Chromium for a robot.
 """
 
+import re
 import sys
 import tempfile
 from pathlib import Path
@@ -21,14 +22,7 @@ def page_names(page: str, **swaps: str) -> dict[str, Any]:
         assert old in code
         code = code.replace(old, new)
     names: dict[str, Any] = {}
-    exec(
-        "\n".join(
-            line
-            for line in code.splitlines()
-            if not line.startswith(("print", "found.save", "best.save", "front.save", "fast.save", "ks.plot.save"))
-        ),
-        names,
-    )
+    exec("\n".join(line for line in code.splitlines() if not re.match(r"print\(|[\w.]+\.save\(", line)), names)
     return names
 
 
