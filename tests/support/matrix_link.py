@@ -14,8 +14,9 @@ import pinocchio as pin
 
 import kinetostatics as ks
 from kinetostatics.description import Flexible, LinkMatrices
-from kinetostatics.description.elements import BeamEnd, ElasticPart
+from kinetostatics.description.elements import BeamEnd
 from kinetostatics.description.fields import IN_PYTHON, Place
+from kinetostatics.description.flexible import ElasticPart
 from kinetostatics.elements.link import ElasticLink, ElasticLinks
 from kinetostatics.math.rotations import skew
 from kinetostatics.mechanism.beam_geometry import Span, SpanFinder

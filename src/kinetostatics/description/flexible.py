@@ -1,17 +1,70 @@
-"""Links given by their matrices, ``<flexible>``."""
+"""Elastic links that are no beams: their interface, and links given by their matrices, ``<flexible>``."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from kinetostatics.description.elements import Beam, BeamEnd, ElasticPart, Link
+from kinetostatics.description.elements import Beam, BeamEnd, Link
 from kinetostatics.description.fields import IN_PYTHON, CheckedPart, Name, Place, Positive, Text
 from kinetostatics.description.link_matrices import LinkMatrices
 from kinetostatics.layout.numbers import join_words
+
+
+class ElasticPart(Protocol):
+    """An elastic link that is no beam: :class:`Flexible`, or another dataclass, with the method ``model`` of
+    :class:`kinetostatics.elements.link.PlacedLink`.
+
+    Attributes:
+        KIND: its kind in messages.
+        link: name of the robot's link.
+        start, end: its ends towards base and platform, as of a :class:`Beam`.
+        name: name of the elastic link.
+        place: file and line.
+        numbers: SI units of the numbers that may vary, by field.
+        errors: SI units of its assembly errors, by kind.
+    """
+
+    KIND: ClassVar[str] = "elastic link"
+    numbers: ClassVar[Mapping[str, str]]
+
+    link: str
+    start: BeamEnd | None
+    end: BeamEnd | None
+    name: str
+    place: Place
+    errors: Mapping[str, str]
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """The joints at which the link is held and loaded."""
+        return tuple(end.joint for end in (self.start, self.end) if end is not None)
+
+    @property
+    def digest(self) -> str:
+        """Text that changes with any value."""
+        return repr(self)
+
+    def check_direction(self, along: NDArray[np.float64]) -> None:
+        """Raise an error if the vector (3,) between the ends, in the link's frame, does not fit the other data."""
+        return
+
+    def check_place(self, joints: Sequence[str], others: Sequence[Beam | ElasticPart], role: str) -> None:
+        """Raise an error if the elastic link does not fit its link.
+
+        Args:
+            joints, others: joints and loops of the link, and its other elastic links.
+            role: "base" or "platform", or empty.
+        """
+        return
+
+    def hints(self, link: Link) -> Iterable[str]:
+        """Return warnings, in full sentences, about differences from the link."""
+        return ()
 
 
 @dataclass(frozen=True, repr=False)

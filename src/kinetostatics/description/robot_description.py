@@ -12,9 +12,9 @@ from typing import ClassVar, TypeVar
 
 from kinetostatics import hooks
 from kinetostatics.arguments import Keyword
-from kinetostatics.description.elements import Beam, ElasticPart, Inertia, JointStiffness, Link, Material, Origin, Spring
+from kinetostatics.description.elements import Beam, Inertia, JointStiffness, Link, Material, Origin, Spring
 from kinetostatics.description.fields import IN_PYTHON, Name, Place, Text, Vector, check_fields
-from kinetostatics.description.flexible import Flexible
+from kinetostatics.description.flexible import ElasticPart, Flexible
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.joints import Joint, Loop
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -279,3 +279,9 @@ def _attributes(part: Part) -> Iterator[str]:
             yield attribute.name
     if isinstance(part, Beam):
         yield from _MATERIAL
+
+
+def known_valid(description: RobotDescription) -> RobotDescription:
+    """Mark a description as valid, after changes that preserve validity."""
+    object.__setattr__(description, "is_valid", True)
+    return description

@@ -12,11 +12,12 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Protocol
 
-from kinetostatics.description.elements import Beam, BeamEnd, ElasticPart, JointStiffness, Link, Spring, check_section
+from kinetostatics.description.elements import Beam, BeamEnd, JointStiffness, Link, Spring, check_section
 from kinetostatics.description.fields import Place
+from kinetostatics.description.flexible import ElasticPart
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.description.joints import NO_LIMITS, SINGLE, Joint, Loop
-from kinetostatics.description.robot_description import TABLES, RobotDescription, by_name
+from kinetostatics.description.robot_description import TABLES, RobotDescription, by_name, known_valid
 from kinetostatics.description.stiffness_matrix import full_matrix
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.sections.kinds import Section
@@ -103,12 +104,6 @@ def validate(description: RobotDescription) -> RobotDescription:
         file_warnings=(*description.file_warnings, *new),
     )
     return known_valid(result)
-
-
-def known_valid(description: RobotDescription) -> RobotDescription:
-    """Mark a description as valid, after changes that preserve validity."""
-    object.__setattr__(description, "is_valid", True)
-    return description
 
 
 def check_attributes(attributes: Mapping[str, str], where: Where) -> None:

@@ -190,7 +190,7 @@ class ElasticLink(Protocol):
 
 
 class PlacedLink(Protocol):
-    """The description of an elastic link that is no beam, see :class:`kinetostatics.description.elements.ElasticPart`."""
+    """The description of an elastic link that is no beam, see :class:`kinetostatics.description.flexible.ElasticPart`."""
 
     def model(self, mechanism: Mechanism, span: Span, zero: Frames) -> ElasticLink:
         """Return the link in its robot, with ``span`` from base to platform; ``zero`` is the closed zero pose."""

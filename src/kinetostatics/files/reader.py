@@ -9,15 +9,8 @@ from dataclasses import replace
 from kinetostatics.description.elements import Link, Origin
 from kinetostatics.description.fields import Place
 from kinetostatics.description.flexible import Flexible
-from kinetostatics.description.robot_description import RobotDescription, by_name
-from kinetostatics.description.validation import (
-    check_attributes,
-    check_loops,
-    known_valid,
-    tree_root,
-    validate,
-    with_valid_mimics,
-)
+from kinetostatics.description.robot_description import RobotDescription, by_name, known_valid
+from kinetostatics.description.validation import check_attributes, check_loops, tree_root, validate, with_valid_mimics
 from kinetostatics.exceptions import PlatformMissingError, RobotFileError
 from kinetostatics.files.attributes import ElementTable, new_name, reference
 from kinetostatics.files.bundled import read_robot

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetostatics.description.elements import Beam, BeamEnd, ElasticPart
+from kinetostatics.description.elements import Beam, BeamEnd
+from kinetostatics.description.flexible import ElasticPart
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.math.arrays import Array

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.description.robot_description import RobotDescription
-from kinetostatics.description.validation import known_valid
+from kinetostatics.description.robot_description import RobotDescription, known_valid
 from kinetostatics.elements.static_model import StaticModel, make_elastic_links
 from kinetostatics.elements.weights import Weights
 from kinetostatics.engine.pose_record import PoseModel

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,7 @@ from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.screws import move_twist, wrench_of_couple, wrench_of_force
-from kinetostatics.mechanism.limbs import LimbSegment
+from kinetostatics.mechanism.limbs import Limb, LimbSegment
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.parts import FRACTIONS
 from kinetostatics.results.pose_arrays import Batch
@@ -142,9 +142,10 @@ def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping
 MECHANISMS = ("platform_weight", "attached", "deformation")
 
 
-def both_mechanisms(contributions: Mapping[str, Array], limb: str) -> Mapping[str, Array]:
-    """Return the parts "attached" and "deformation" of a limb's weight, from contributions split into them."""
-    return ResultMapping({"attached": contributions[limb], "deformation": contributions[of_deformation(limb)]})
+def mechanisms_by_limb(contributions: Mapping[str, Array], limbs: Iterable[Limb]) -> Mapping[str, Mapping[str, Array]]:
+    """Return the parts "attached" and "deformation" of each limb's weight, from contributions split into them."""
+    parts = {limb.name: (contributions[limb.name], contributions[of_deformation(limb.name)]) for limb in limbs}
+    return ResultMapping({name: ResultMapping(zip(MECHANISMS[1:], pair, strict=True)) for name, pair in parts.items()})
 
 
 def by_mechanism_of_gravity(platform_weight: Array, limbs: Mapping[str, Mapping[str, Array]]) -> dict[str, Array]:

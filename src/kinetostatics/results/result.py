@@ -150,7 +150,7 @@ class Result(Tabulated, PoseArrays):
         constraint wrenches. Each depends on the choice of J_ig (method page, section 4); their sum, the limb's part, does not.
         """
         twists = self.by_mechanism.contributions
-        return ResultMapping({limb.name: contributions.both_mechanisms(twists, limb.name) for limb in self.robot.topology.limbs})
+        return contributions.mechanisms_by_limb(twists, self.robot.topology.limbs)
 
     @cached_property
     def by_mechanism(self) -> Result:
@@ -310,14 +310,8 @@ class Result(Tabulated, PoseArrays):
         Both parts are explained at :attr:`mechanism_contributions`; their sum is the contribution of the limb's weight to the
         force (:attr:`actuator_contributions`). The part due to deformation is zero in a robot that is not overconstrained.
         """
-        forces = self.by_mechanism.actuator_contributions
-        limbs = [limb.name for limb in self.robot.topology.limbs]
-        return ResultMapping(
-            {
-                name: ResultMapping({limb: contributions.both_mechanisms(force, limb) for limb in limbs})
-                for name, force in forces.items()
-            }
-        )
+        forces, limbs = self.by_mechanism.actuator_contributions, self.robot.topology.limbs
+        return ResultMapping({name: contributions.mechanisms_by_limb(force, limbs) for name, force in forces.items()})
 
     @cached_property
     def base_wrench(self) -> Array:

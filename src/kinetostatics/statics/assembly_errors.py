@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.arguments import finite_numbers
-from kinetostatics.description.elements import Beam, ElasticPart
+from kinetostatics.description.elements import Beam
+from kinetostatics.description.flexible import ElasticPart
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move_twist, rotate
