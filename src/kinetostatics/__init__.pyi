@@ -13,7 +13,7 @@ from .dynamics.vibrations import frequency_response, modes
 from .exceptions import ArgumentError, AssemblyError, KinetostaticsError, RobotFileError, StaticsError
 from .files.bundled import robots
 from .files.writer import save_robot
-from .functions.function import compile
+from .functions.compiling import compile
 from .kinematics.configuration import Configuration
 from .report_page import save_report
 from .results.result import Result

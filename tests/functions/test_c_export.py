@@ -154,6 +154,12 @@ def test_cpp_wrapper_compiles(exported):
                    cwd=exported.folder, check=True)  # fmt: skip
 
 
+def test_a_function_without_outputs_returns_the_status(five_bar, tmp_path):
+    exported = ks.compile(five_bar.robot, outputs=()).export_c(tmp_path, name="poses")
+    program = compiled(exported.folder, "poses.c", "poses_test.c")
+    assert "0 of 40 poses differ" in subprocess.run([program], check=True, capture_output=True, text=True).stdout
+
+
 def test_invalid_exports_raise_argument_error(tmp_path):
     upright = {"platform": ("z", "azimuth", "tilt"), "orientation": "tilt_torsion", "outputs": "actuators"}
     with pytest.raises(ks.ArgumentError, match="azimuth and tilt cannot be exported together with compensation"):

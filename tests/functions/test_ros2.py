@@ -18,7 +18,6 @@ from places import ROOT
 
 import kinetostatics as ks
 from kinetostatics.cli.main import main
-from kinetostatics.functions import export_ros2
 
 pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
 CMAKE = shutil.which("cmake") or str(Path(sys.executable).with_name("cmake"))
@@ -150,7 +149,7 @@ def assert_frames(model, position, robot, poses, k):
 def test_broadcaster_closes_other_robots(name, tmp_path):
     """Among them robots with spherical joints of three revolutes, with and without floating platforms."""
     robot = package_robots.robot(name)
-    export_ros2(ks.compile(robot, outputs=("actuators", "actuator_forces")), tmp_path / "package", name="it")
+    ks.compile(robot, outputs=("actuators", "actuator_forces")).export_ros2(tmp_path / "package", name="it")
     pose = package_robots.generic_pose(name)
     model = pin.buildModelFromUrdf(str(tmp_path / "package/it.urdf"))
     driver = built(tmp_path / "package", tmp_path)
@@ -184,6 +183,6 @@ def test_files_name_each_other(package):
 
 def test_mistakes_are_named(robot, tmp_path, capsys):
     with pytest.raises(ks.ArgumentError, match="a ROS 2 package needs the output 'actuators'"):
-        export_ros2(ks.compile(robot, outputs="actuator_forces"), tmp_path / "package")
+        ks.compile(robot, outputs="actuator_forces").export_ros2(tmp_path / "package")
     assert main(["export", "3rps", "--ros2", "--scalar", "float", "--out", str(tmp_path / "package")]) == 2
     assert "--ros2 takes neither --jacobian nor --scalar" in capsys.readouterr().err

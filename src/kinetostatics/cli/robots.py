@@ -89,9 +89,7 @@ def _export(args: argparse.Namespace) -> int:
             if args.jacobian or args.scalar:
                 raise ArgumentError(f"{'--ros2' if args.ros2 else '--fmu'} takes neither --jacobian nor --scalar")
             if args.ros2:
-                from kinetostatics.functions import export_ros2
-
-                export_ros2(function, args.out, near=near, **given_of(("name",), args))
+                function.export_ros2(args.out, near=near, **given_of(("name",), args))
             else:
                 function.export_fmu(args.out, near=near, **given_of(("name", "fmi"), args))
             print(f"wrote {args.out}")
@@ -144,7 +142,7 @@ EXPORT = Command(
         "name": Argument("text", "prefix of all names in C (default: the robot's name)", "NAME"),
         "out": Argument("text", "the folder of the files, or the .fmu file", "FOLDER"),
     },
-    function="functions.function:compile",
+    function="functions.compiling:compile",
     required=("robot", "out"),
     usage="ROBOT --out FOLDER [options]",
     examples="""

@@ -75,19 +75,7 @@ def export_c(
     jacobian: Differentiated | None = None,
     near: Configuration | Values | None = None,
 ) -> CExport:
-    """Write a function of a robot as C99: no heap, no library except libm, bounded iterations; the state is an argument.
-
-    Args:
-        function: a function from :func:`kinetostatics.compile`.
-        folder: folder of the files; created if missing.
-        scalar: "double" or "float", the type of arguments and results; computations are in double.
-        name: prefix of all names in C; default: the name of the robot.
-        near: pose of the initial state; default: the zero pose.
-
-    Raises:
-        ArgumentError: ``near`` is not one pose of the robot; the robot or the orientation cannot be exported; ``scalar`` is
-            invalid; or the files cannot be written.
-    """
+    """Write a function of a robot as C99, see :meth:`Function.export_c`."""
     check_choice("scalar", scalar, tuple(SCALARS))
     prefix = identifier(function.robot.name if name is None else name)
     start, parts = recorded(function, near, jacobian)
@@ -182,14 +170,14 @@ def _test_program(name: str, scalar: str, parts: Programs, references: Sequence[
         inputs = [at[coordinate] for coordinate in names]
         numbers = [value for values in expected.values() for value in values]
         rows.append(f"    {{{c_array([*inputs, *load, *gravity])}, {c_array(numbers)}, {status}}}")
-    count, size = len(parts.coordinates) + 9, len(numbers)
+    count, size = len(parts.coordinates) + 9, max(len(numbers), 1)
     steps = dict(zip(parts.function.names, 1e-3 * parts.line.longest_steps, strict=True))
     fill = [
         f"    input->{parts.c_names[coordinate]} = ({scalar})(row->input[{k}] + beside * {literal(float(steps[coordinate]))});"
         for k, coordinate in enumerate(names)
     ]
     first = len(parts.coordinates)
-    checks, at_row = [], 0
+    checks, at_row = [] if parts.outputs else ["    (void)differ;"], 0
     for output in parts.outputs:
         n = int(np.prod(output.shape))
         absolute = literal(error_tolerance(robot.length) if output.name == "residual_error" else 0.0)

@@ -34,7 +34,7 @@ def source(name: str, scalar: str, parts: Programs) -> str:
     function = parts.function
     nx, nt = len(parts.start[0]), len(parts.start[2])
     coordinates = [f"    target[{k}] = (double)input->{parts.c_names[name]};" for k, name in enumerate(function.names)]
-    results, lost = [], []
+    results, lost = [], ["    int k;"] if parts.outputs else []
     for quantity in parts.outputs:
         loop = f"    for (k = 0; k < {size(quantity)}; ++k) output->{quantity.name}[k] = ({scalar})"
         if function.compensates and quantity.name in ("actuators", "residual_error"):
@@ -70,7 +70,6 @@ static const double START_TARGET[{max(nt, 1)}] = {c_array(parts.start[2])};
 {chr(10).join(_following(name, parts, line) for line in lines)}{_compensated(name, parts) if function.compensates else ""}
 static void lost({name}_output *output)
 {{
-    int k;
 {chr(10).join(lost)}
     output->residual = ({scalar})NAN;
 }}

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.arguments import Keyword, names_in
+from kinetostatics.arguments import Keyword
 from kinetostatics.compensation import compensate as compensated
-from kinetostatics.engine.programs import check_engine, compiled_loops
+from kinetostatics.engine.programs import compiled_loops
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
@@ -29,8 +29,10 @@ from kinetostatics.functions.inputs_outputs import (
     Values,
     flat_loads,
     inputs_of,
+    listed,
     outputs_of,
 )
+from kinetostatics.functions.ros2 import export_ros2
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.alternatives import prescribed_platform
 from kinetostatics.kinematics.configuration import Configuration
@@ -78,6 +80,10 @@ class Function:
         self.robot, self.orientation, self.by_actuators = robot, orientation, by_actuators
         convention = orientation_named(orientation)
         if by_actuators:
+            if taken := {*LOADS, "near"}.intersection(names):
+                raise ArgumentError(
+                    f"the actuator {min(taken)!r} is named like another argument of the function: rename the joint"
+                )
             self.prescribed: PrescribedCoordinates = robot.actuator_coordinates
             self.names = robot.actuator_names
         else:
@@ -152,7 +158,7 @@ class Function:
         """
         if self.compensates:
             raise ArgumentError("a function that compensates has no derivatives: compile one without compensate=True")
-        outputs, names = _listed("of", of, '("twist",)'), _listed("by", by, '("load",)')
+        outputs, names = listed("of", of, '("twist",)'), listed("by", by, '("load",)')
         for name in outputs:
             if name in ALWAYS or name not in self.outputs:
                 differentiable = [output for output in self.outputs if output not in ALWAYS]
@@ -192,7 +198,9 @@ class Function:
         """
         return export_c(self, folder, scalar, name, near=near)
 
-    def export_fmu(self, path: str, name: str | None = None, near: Configuration | Values | None = None, fmi: int = 3) -> None:
+    def export_fmu(
+        self, path: str | os.PathLike[str], name: str | None = None, near: Configuration | Values | None = None, fmi: int = 3
+    ) -> None:
         """Write the function as a functional mock-up unit: FMI, co-simulation, with the sources of :meth:`export_c`.
 
         Args:
@@ -204,6 +212,23 @@ class Function:
             ArgumentError: as for :meth:`export_c`, the name has another ending, or ``fmi`` is invalid.
         """
         export_fmu(self, path, name, near, fmi)
+
+    def export_ros2(
+        self, folder: str | os.PathLike[str], name: str | None = None, near: Configuration | Values | None = None
+    ) -> None:
+        """Write a ROS 2 package with controllers of ros2_control around the C of :meth:`export_c`, and the robot's URDF.
+
+        One controller, chainable, commands positions and efforts of the actuators at the coordinates of the function, which needs
+        the outputs "actuators" and "actuator_forces"; the other one publishes the passive joints, so that robot_state_publisher
+        shows closed loops.
+
+        Args:
+            folder, name, near: see :meth:`export_c`.
+
+        Raises:
+            ArgumentError: as for :meth:`export_c`, one of the outputs is missing, or a passive joint is planar.
+        """
+        export_ros2(self, Function(self.robot, self.robot.description.actuated, True, None, ["actuators"]), folder, name, near)
 
     # ---- poses ------------------------------------------------------------------------------------------------------
 
@@ -329,73 +354,3 @@ class Jacobian:
             ArgumentError: as :meth:`Function.export_c`; or a derivative is with respect to a parameter, which is constant in C.
         """
         return export_c(self.function, folder, scalar, name, self, near)
-
-
-def _listed(what: str, names: str | Sequence[str], example: str) -> tuple[str, ...]:
-    return (names,) if isinstance(names, str) else names_in(what, names, example)
-
-
-def compile(
-    robot: Robot,
-    platform: Sequence[str] | None = None,
-    *,
-    actuators: Sequence[str] | None = None,
-    orientation: str | None = None,
-    outputs: str | Sequence[str] = ("twist", "actuator_forces"),
-    engine: str = "auto",
-    compensate: bool = False,
-) -> Function:
-    """Return a function that computes chosen quantities of a robot's pose from coordinates, load and gravity.
-
-    Args:
-        robot: the robot.
-        platform: names of the platform coordinates that the function takes, as many as the mobility (inverse kinematics).
-        actuators: names of all actuated joints (forward kinematics), the default without ``platform``; actuated joints outside
-            the limbs, such as a gripper's, may be omitted.
-        orientation: convention of the angles, see :meth:`Robot.assemble`.
-        outputs: "twist", "contributions", "actuator_forces", "stiffness", "compliance", "spring_forces", "platform_weight",
-            "platform_wrench" or "actuators"; with ``compensate``, also "residual_error".
-        engine: "numpy", "compiled" at the first call, or "auto", which here is "compiled".
-        compensate: the coordinates are targets of the *loaded* platform, and the outputs are those of the corrected pose, see
-            :func:`kinetostatics.compensate`: "actuators" are the coordinates to be commanded, "actuator_forces" the feedforward
-            forces, "residual_error" the pose error that remains.
-
-    Raises:
-        ArgumentError: an output is unknown; both ``platform`` and ``actuators`` are given; or ``compensate`` or ``orientation``
-            is given without ``platform``; or an actuator is called load, gravity or near.
-        CoordinatesError: the coordinates are unknown or do not determine the pose.
-
-    Examples:
-        Actuator forces of a tripod, and their derivatives:
-
-        >>> import kinetostatics as ks
-        >>> f = ks.compile(ks.load_robot("3rps"), platform=("z", "rx", "ry"))
-        >>> values = f(z=0.5, rx=0.0, ry=0.0, load=[0, 0, -500, 0, 0, 0])
-        >>> [round(float(force), 1) for force in values["actuator_forces"]]  # [N]
-        [542.8, 542.8, 542.8]
-        >>> J = f.jacobian("actuator_forces", by=("z", "load"))(z=0.5, rx=0.0, ry=0.0)
-        >>> round(float(J["actuator_forces"]["load"][0, 2]), 3)  # ∂(first actuator force)/∂(load along z)
-        -0.34
-    """
-    if not isinstance(robot, Robot):
-        raise ArgumentError(f"compile needs a Robot, got {robot!r}; load one with ks.load_robot(…)")
-    if platform is not None and actuators is not None:
-        raise ArgumentError("give either platform= or actuators=, not both")
-    if platform is None and orientation is not None:
-        raise ArgumentError("orientation= applies to coordinates of the platform, not to those of actuators")
-    if compensate and platform is None:
-        raise ArgumentError(
-            "compensate=True (--compensate) needs platform= (--platform), the names of the controlled coordinates of the "
-            "loaded platform"
-        )
-    if platform is not None:
-        names = _listed("platform", platform, '("z", "rx", "ry")')
-        assembly.platform_coordinates(robot, dict.fromkeys(names), orientation)
-    else:
-        names = _listed("actuators", robot.description.actuated if actuators is None else actuators, '("motor_1", "motor_2")')
-        assembly.all_actuators(robot, dict.fromkeys(names, 0.0))
-        if taken := {*LOADS, "near"}.intersection(names):
-            raise ArgumentError(f"the actuator {min(taken)!r} is named like another argument of the function: rename the joint")
-    requested = _listed("outputs", outputs, '("twist", "actuator_forces")')
-    chosen = "compiled" if check_engine(engine) != "numpy" else "numpy"
-    return Function(robot, names, platform is None, orientation, requested, chosen, compensate)

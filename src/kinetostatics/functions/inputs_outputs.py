@@ -10,6 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.arguments import names_in
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
@@ -142,3 +143,7 @@ def outputs_of(robot: Robot, requested: Sequence[str], compensate: bool) -> dict
             raise ArgumentError(f"no output {name!r}: {near_names(name, paths)}")
     more = _MORE_CORRECTED if compensate else _MORE
     return {name: _quantity(robot, paths[name], more) for name in dict.fromkeys((*requested, *ALWAYS))}
+
+
+def listed(what: str, names: str | Sequence[str], example: str) -> tuple[str, ...]:
+    return (names,) if isinstance(names, str) else names_in(what, names, example)

@@ -15,14 +15,14 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.writer import robot_text
 from kinetostatics.functions.c_export import recorded, write_files
 from kinetostatics.functions.c_names import identifier
-from kinetostatics.functions.c_programs import Programs, array_program
+from kinetostatics.functions.c_programs import Exported, Programs, array_program
 from kinetostatics.functions.c_source import source, valid
 from kinetostatics.functions.c_texts import header
-from kinetostatics.functions.function import Function, compile
 from kinetostatics.functions.inputs_outputs import Values
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
@@ -35,30 +35,26 @@ _TEMPLATES = Path(__file__).parent / "ros2_package"
 
 
 def export_ros2(
-    function: Function, folder: str | os.PathLike[str], name: str | None = None, near: Configuration | Values | None = None
+    function: Exported,
+    loops: Exported,
+    folder: str | os.PathLike[str],
+    name: str | None = None,
+    near: Configuration | Values | None = None,
 ) -> None:
-    """Write a ROS 2 package with controllers of ros2_control around the C of :meth:`Function.export_c`, and the robot's URDF.
+    """Write a function of a robot as a ROS 2 package, see :meth:`Function.export_ros2`.
 
-    One controller, chainable, commands positions and efforts of the actuators at the coordinates of the function; the other one
-    publishes the passive joints, so that robot_state_publisher shows closed loops.
-
-    Args:
-        function: a function from :func:`kinetostatics.compile` with the outputs "actuators" and "actuator_forces".
-        folder, name, near: see :meth:`Function.export_c`.
-
-    Raises:
-        ArgumentError: as for :meth:`Function.export_c`, one of the outputs is missing, or a passive joint is planar.
+    ``loops``: the function of all actuators with the output "actuators", whose poses are published.
     """
     robot, prefix = function.robot, identifier(function.robot.name if name is None else name)
     for output in ("actuators", "actuator_forces"):
         if output not in function.outputs:
             raise ArgumentError(f"a ROS 2 package needs the output {output!r}: outputs=('actuators', 'actuator_forces')")
-    loops, passive = f"{prefix}_loops", list(_passive(robot))
-    (_, parts), (_, closing) = recorded(function, near), recorded(compile(robot, outputs="actuators"), near)
+    loops_name, passive = f"{prefix}_loops", list(_passive(robot))
+    (_, parts), (_, closing) = recorded(function, near), recorded(loops, near)
     names, measured = ([quantity.name for quantity in part.coordinates] for part in (parts, closing))
     words = {
         "PACKAGE": re.sub("_+", "_", f"{prefix.lower()}_control"),
-        "LOOPS_OK": f"{loops.upper()}_OK",
+        "LOOPS_OK": f"{loops_name.upper()}_OK",
         "ROBOT": prefix,
         "IS_VALID": valid(prefix, parts, "status"),
         "NAMES_OF_COORDINATES": _strings(names),
@@ -74,7 +70,7 @@ def export_ros2(
     for template in sorted(_TEMPLATES.iterdir()):
         text = re.sub("|".join(words), lambda word: words[word[0]], template.read_text("utf-8"))
         texts[f"src/{template.name}" if template.suffix == ".cpp" else template.name] = text
-    for part_name, part in ((prefix, parts), (loops, closing)):
+    for part_name, part in ((prefix, parts), (loops_name, closing)):
         for ending, made in ((".h", header), (".c", source)):
             texts[f"src/{part_name}{ending}"] = made(part_name, "double", part)
 
@@ -83,10 +79,10 @@ def export_ros2(
         return [_coordinate(joint, number, q) for _, joint, number in passive]
 
     program = array_program("positions", {"x": robot.generic_poses.x[:, :1]}, positions)
-    texts[f"src/{loops}.c"] += f"""
+    texts[f"src/{loops_name}.c"] += f"""
 {program.text}
 /* Positions of the passive joints [m, rad]. */
-void {loops}_positions(const {loops}_state *state, double *found)
+void {loops_name}_positions(const {loops_name}_state *state, double *found)
 {{
     double work[{max(program.work, 1)}], out[{len(passive) + 1}];
     positions(state->x, work, out);
@@ -125,9 +121,10 @@ def _urdf(robot: Robot, closing: Programs) -> str:
         if "://" not in mesh.attrib["filename"]:
             mesh.set("filename", Path(here, mesh.attrib["filename"]).absolute().as_uri())
     for element in [*root]:
-        if element.tag not in ("link", "joint", "material") or element.get("type") == "floating":
+        is_free = element.tag == "joint" and JOINT_TYPES[element.attrib["type"]].is_free
+        if is_free or element.tag not in ("link", "joint", "material"):
             root.remove(element)
-        if element.get("type") == "floating":
+        if is_free:
             root.extend(_single_joints(element))
     control = ET.SubElement(root, "ros2_control", name="hardware", type="system")
     ET.SubElement(ET.SubElement(control, "hardware"), "plugin").text = "mock_components/GenericSystem"
