@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import AT_LINK, JointStiffness, Link, Origin
@@ -22,8 +21,8 @@ from kinetostatics.exceptions import near_names
 from kinetostatics.files.element_tables import write_joint, write_link, write_loop, write_stiffness
 from kinetostatics.files.urdf import plain_transmission
 from kinetostatics.files.xml import XmlElement
+from kinetostatics.math.arrays import Array
 
-Matrix = NDArray[np.float64]
 Z: Vector = (0.0, 0.0, 1.0)
 #: Largest entry of the difference of two frames [m, 1] that is a rounding error.
 ROUNDING = 1e-14
@@ -96,9 +95,9 @@ class SourceRobot:
         return joints
 
     @cached_property
-    def zero_frames(self) -> dict[str, Matrix]:
+    def zero_frames(self) -> dict[str, Array]:
         """The frames (4, 4) of all links, relative to the root link, with all joints at zero."""
-        frames: dict[str, Matrix] = {}
+        frames: dict[str, Array] = {}
         for link in self.links:
             frames[link] = np.eye(4)
             for joint in reversed(self.above(link)):
@@ -118,14 +117,14 @@ class SourceRobot:
         return name if joint is None else joint.child, Origin()
 
 
-def unit(vector: Matrix) -> Vector:
+def unit(vector: Array) -> Vector:
     """Return a vector divided by its length."""
     x, y, z = (vector / np.linalg.norm(vector)).tolist()
     return x, y, z
 
 
 def between(
-    name: str, kind: str, ends: Iterable[tuple[str, Matrix, Matrix]], axis: Vector | None, place: Place, **more: Keyword
+    name: str, kind: str, ends: Iterable[tuple[str, Array, Array]], axis: Vector | None, place: Place, **more: Keyword
 ) -> ForeignJoint:
     """Return a joint from the link, the link's frame and the joint's frame (4, 4) of its two ends, all in one frame."""
     (first, first_end), (second, second_end) = ((link, Origin.of(np.linalg.solve(frame, at))) for link, frame, at in ends)

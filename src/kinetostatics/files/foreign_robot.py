@@ -71,9 +71,9 @@ def completed(
         warnings = [f"{yaml}: the loops are read from this file, which lies beside the URDF."]
     if yaml is not None:
         record = foreign_yaml.read(source, yaml)
-    there = {element.attributes.get("name") for element in root.named("loop")}
-    found = with_names([*record.loops, *read_elements(source, record.frames)], source.joints)
-    joints = [joint for joint in found if joint.name not in there]
+    named = with_names([*record.loops, *read_elements(source, record.frames)], source.joints)
+    written = [element.attributes.get("name") for element in root.named("loop")]
+    joints = [joint for joint in named if joint.name not in written]
     if yaml is not None and not joints:
         raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
     if (types or axes) and not joints:
@@ -81,7 +81,7 @@ def completed(
     mimics = {**{name: None for name in record.free if source.joints[name].mimic}, **couplings(source)}
     if record.retyped or mimics:
         source = _source(path, _with_changes(source, record.retyped, mimics))
-    written, driven = root.named("loop"), root.named("transmission")
+    driven = root.named("transmission")
     declared = _declared(root) if written and not driven else ()
     if not joints and (not written or driven or declared or root.named("platform") or actuators is not None):
         return Completed(source, actuated=declared if actuators is None else ())
@@ -125,7 +125,7 @@ def _complete(
     names = [joint.name for joint in foreign_joints]
     if clash := next((joint for joint in foreign_joints if joint.name in source.joints), None):
         raise clash.place.error(f"the loop's name {clash.name!r} is taken already by a joint; rename one of them")
-    if isinstance(types, str):  # one type for all loops that have none
+    if isinstance(types, str):  # of all loops without a type in the source
         types = {joint.name: types for joint in foreign_joints if joint.type is None}
     for argument, given in (("types", types), ("axes", axes)):
         if not isinstance(given, Mapping | None):

@@ -21,7 +21,6 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.description.elements import AT_LINK, Origin
 from kinetostatics.description.fields import Place, Vector
@@ -30,6 +29,7 @@ from kinetostatics.description.joints import X, Y
 from kinetostatics.exceptions import RobotFileError, near_names
 from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, Z, between, tree_elements, unit
 from kinetostatics.files.xml import read_file
+from kinetostatics.math.arrays import Array
 
 #: Types of Gepetto's loops by ``type``; joint types by ``joint_type``, with the axes of their turns.
 TYPES = {"3d": "spherical", "3D": "spherical", "6d": "fixed", "6D": "fixed"}
@@ -158,7 +158,7 @@ def _known(node: Node, what: str, names: Collection[str]) -> str:
     return name
 
 
-def _closed_at_zero(source: SourceRobot, node: Node, ends: tuple[str, str], frame: NDArray[np.float64]) -> ForeignJoint:
+def _closed_at_zero(source: SourceRobot, node: Node, ends: tuple[str, str], frame: Array) -> ForeignJoint:
     """Return a hinge from its frame (4, 4) relative to the root link, with all joints at zero, and its axis in this frame."""
     links = [_known(node.part(key), key, source.links) for key in ends]
     axis = np.array(node.vector("axis"))
@@ -198,18 +198,17 @@ def _closing_joints(source: SourceRobot, keys: Mapping[str, Node]) -> YamlFile:
 
 def _gepetto(source: SourceRobot, keys: Mapping[str, Node]) -> YamlFile:
     movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]
-    loops, retyped = _loops(source, keys), _retyped(source, keys, movable)
-    frames = frozenset(str(frame.value) for node in _list(keys, "closed_loop") for frame in node.items(""))
-    actuated = _actuated(keys, movable, retyped)
-    return YamlFile(tuple(loops), frames, actuated, tuple(retyped.values()))
+    (loops, frames), retyped = _loops(source, keys), _retyped(source, keys, movable)
+    return YamlFile(tuple(loops), frozenset(frames), _actuated(keys, movable, retyped), tuple(retyped.values()))
 
 
 def _list(keys: Mapping[str, Node], key: str) -> list[Node]:
     return keys[key].items(key) if key in keys else []
 
 
-def _loops(source: SourceRobot, keys: Mapping[str, Node]) -> list[ForeignJoint]:
-    loops, names = list[ForeignJoint](), {*source.joints}
+def _loops(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[list[ForeignJoint], set[str]]:
+    """Return the loops, and the names of the frames that they join."""
+    loops, names, joined = list[ForeignJoint](), {*source.joints}, set[str]()
     pairs, types = _list(keys, "closed_loop"), _list(keys, "type")
     if types and len(types) != len(pairs):
         raise keys["type"].place.error(f"type has {len(types)} entries, and closed_loop has {len(pairs)}; each loop needs one")
@@ -221,22 +220,24 @@ def _loops(source: SourceRobot, keys: Mapping[str, Node]) -> list[ForeignJoint]:
         shared = os.path.commonprefix(frames).rstrip("_-. ")  # noqa: RUF071 names are no paths
         name = shared if shared and shared not in names else "_".join(frames)
         names.add(name)
+        joined.update(frames)
         (first, first_end), (second, second_end) = (source.frame(frame, node.place) for frame in frames)
         loops.append(ForeignJoint(name, kind, first, first_end, second, second_end, None, node.place))
-    return loops
+    return loops, joined
 
 
 def _actuated(keys: Mapping[str, Node], movable: Sequence[str], retyped: Mapping[str, ForeignJoint]) -> tuple[str, ...] | None:
-    texts = [node.text("an entry of name_mot") for node in _list(keys, "name_mot")]
-    for node, text in zip(_list(keys, "name_mot"), texts, strict=True):
-        if not any(text in name for name in movable):
+    chosen: set[str] = set()
+    for node in _list(keys, "name_mot"):
+        text = node.text("an entry of name_mot")
+        named = [name for name in movable if text in name]
+        if not named:
             raise node.place.error(f"name_mot has {text!r}, which is in no movable joint's name; {near_names(text, movable)}")
+        chosen.update(named)
     names: list[str] = []
-    for name in (name for name in movable if any(text in name for text in texts)):
-        made = [
-            element.attributes for element in (tree_elements(retyped[name]) if name in retyped else ()) if element.tag == "joint"
-        ]
-        names += [joint["name"] for joint in made if not JOINT_TYPES[joint["type"]].is_fixed] if made else [name]
+    for name in (name for name in movable if name in chosen):
+        parts = [part.attributes for part in tree_elements(retyped[name]) if part.tag == "joint"] if name in retyped else []
+        names += [part["name"] for part in parts if not JOINT_TYPES[part["type"]].is_fixed] or [name]
     return tuple(names) if "name_mot" in keys else None
 
 

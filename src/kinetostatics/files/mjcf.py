@@ -8,7 +8,6 @@ joint a ``<mimic>``. What statics of the mechanism does not need is ignored with
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Inertia, Link, Origin
@@ -18,8 +17,8 @@ from kinetostatics.description.joints import Mimic
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.foreign_loops import ForeignJoint, between, graph, spring, unit
 from kinetostatics.files.xml import XmlElement
+from kinetostatics.math.arrays import Array
 
-Matrix = NDArray[np.float64]
 #: Types of joints by their numbers in MuJoCo: free, ball, slide, hinge.
 TYPES = ("floating", "spherical", "prismatic", "continuous")
 
@@ -140,7 +139,7 @@ class _Reader:
                 self.warnings.append(f"{self.place}: {label} is neither connect, weld nor a pair of joints, and is ignored.")
         return mimics, loops
 
-    def _rotation(self, quaternion: Matrix) -> Matrix:
+    def _rotation(self, quaternion: Array) -> Array:
         result = np.empty(9)
         self.mujoco.mju_quat2Mat(result, quaternion / np.linalg.norm(quaternion))
         return result
@@ -165,7 +164,7 @@ class _Reader:
         return list(names)
 
 
-def _matrix(point: Matrix, rotation: Matrix) -> Matrix:
+def _matrix(point: Array, rotation: Array) -> Array:
     result = np.eye(4)
     result[:3, :3], result[:3, 3] = np.reshape(rotation, (3, 3)), point
     return result

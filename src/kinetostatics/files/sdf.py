@@ -13,8 +13,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Inertia, Link, Origin
 from kinetostatics.description.fields import Place, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
@@ -24,8 +24,9 @@ from kinetostatics.files.attributes import number_of
 from kinetostatics.files.element_tables import MOMENTS
 from kinetostatics.files.foreign_loops import ForeignJoint, Z, between, graph, spring, unit
 from kinetostatics.files.xml import XmlElement
+from kinetostatics.math.arrays import Array
 
-#: Types of joints: name here.
+#: Types of joints of this package by those of SDFormat.
 TYPES = {
     **{name: name for name in ("fixed", "revolute", "continuous", "prismatic", "universal")},
     **{"ball": "spherical", "revolute2": "universal"},
@@ -36,9 +37,7 @@ BUSHINGS = [kind for kind in JOINT_TYPES.values() if kind.in_loop and kind.turns
 UNLIMITED = 1e15
 #: Versions in which axes are always in the model's frame.
 OLD = ("1.0", "1.1", "1.2", "1.3", "1.4")
-Matrix = NDArray[np.float64]
-Frames = dict[str, tuple[str, Matrix]]
-Ends = Iterable[tuple[str, Matrix]]
+Frames = dict[str, tuple[str, Array]]
 
 
 def _word(element: XmlElement | None, tag: str) -> str:
@@ -61,7 +60,7 @@ def _numbers(element: XmlElement, text: str, count: int) -> list[float]:
         raise element.error(f"{text!r} of {element.label} {error}") from None
 
 
-def _pose(element: XmlElement) -> Matrix:
+def _pose(element: XmlElement) -> Array:
     pose = element.child("pose")
     if pose is not None and pose.attributes.get("rotation_format", "euler_rpy") != "euler_rpy":
         raise pose.error(f"<pose> of {element.label} has a quaternion; write roll, pitch and yaw")
@@ -70,7 +69,7 @@ def _pose(element: XmlElement) -> Matrix:
     return _placed((x, y, z), [angle * scale for angle in angles])
 
 
-def _placed(point: Sequence[float], angles: Sequence[float] = (0.0, 0.0, 0.0)) -> Matrix:
+def _placed(point: Sequence[float], angles: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
     (x, y, z), (roll, pitch, yaw) = point, angles
     return Origin((x, y, z), (roll, pitch, yaw)).matrix
 
@@ -82,10 +81,12 @@ def _base_of(element: XmlElement, default: str) -> str:
     return given.get("relative_to") or given.get("frame") or default
 
 
-def _known(element: XmlElement, name: str, frames: Frames) -> tuple[str, Matrix]:
+def _known(element: XmlElement, name: str, frames: Frames) -> tuple[str, Array, Array]:
+    """Return the link of a frame, the pose of this link, and the pose of the frame."""
     if name not in frames:
         raise element.error(f"{element.label} refers to the frame {name!r}, which does not exist; {near_names(name, frames)}")
-    return frames[name]
+    link, pose = frames[name]
+    return link, frames[link][1], pose
 
 
 def read_joint(element: XmlElement, frames: Frames, version: str) -> ForeignJoint:
@@ -93,8 +94,8 @@ def read_joint(element: XmlElement, frames: Frames, version: str) -> ForeignJoin
     kind = element.attributes.get("type", "")
     if kind not in TYPES:
         raise element.error(f"{element.label} has the type {kind!r}, which is not read; {near_names(kind, TYPES)}")
-    (parent, _), (child, _) = (_known(element, _word(element, side), frames) for side in ("parent", "child"))
-    frame = _known(element, _base_of(element, _word(element, "child")), frames)[1] @ _pose(element)
+    links = [_known(element, _word(element, side), frames)[:2] for side in ("parent", "child")]
+    frame = _known(element, _base_of(element, _word(element, "child")), frames)[2] @ _pose(element)
     axes: list[Vector] = []
     limits: dict[str, float] = {}
     stiffness = 0.0
@@ -103,7 +104,7 @@ def read_joint(element: XmlElement, frames: Frames, version: str) -> ForeignJoin
         in_model = _word(axis, "use_parent_model_frame") in ("1", "true") or version in OLD
         seen_from = axis.required_child("xyz").attributes.get("expressed_in", "__model__" if in_model else "")
         if seen_from:
-            turn = np.eye(3) if seen_from == "__model__" else _known(element, seen_from, frames)[1][:3, :3]
+            turn = np.eye(3) if seen_from == "__model__" else _known(element, seen_from, frames)[2][:3, :3]
             vector = frame[:3, :3].T @ turn @ vector
         if not vector.any():
             raise axis.error(f"the axis of {element.label} is zero")
@@ -114,9 +115,9 @@ def read_joint(element: XmlElement, frames: Frames, version: str) -> ForeignJoin
     if of_kind.is_hinge and "lower" not in limits:
         of_kind = JOINT_TYPES["continuous"]
     first, second, *_ = (*axes, Z, Z)
-    joint = _between(element, of_kind.name, first if of_kind.has_axis else None, ((parent, frame), (child, frame)), frames)
-    limits = limits if of_kind.is_single else {}
-    return replace(joint, axis2=second, limits=limits, stiffness=spring(of_kind, first, stiffness))
+    ends = [(*link, frame) for link in links]
+    limits, springs = limits if of_kind.is_single else {}, spring(of_kind, first, stiffness)
+    return _between(element, of_kind, first, ends, axis2=second, limits=limits, stiffness=springs)
 
 
 def read_drake(model: XmlElement, frames: Frames) -> Iterator[ForeignJoint]:
@@ -127,9 +128,10 @@ def read_drake(model: XmlElement, frames: Frames) -> Iterator[ForeignJoint]:
     for element in model.named("drake:ball_constraint"):
         links = [_known(element, _word(element, f"drake:ball_constraint_body_{side}"), frames) for side in "AB"]
         words = [_word(element, f"drake:ball_constraint_p_{point}") for point in ("AP", "BQ")]
-        first = links[0][1] @ _placed(_numbers(element, words[0], 3))
-        second = links[1][1] @ _placed(_numbers(element, words[1], 3)) if words[1] else first  # the same with all joints at zero
-        yield _between(element, "spherical", None, ((links[0][0], first), (links[1][0], second)), frames)
+        first = links[0][2] @ _placed(_numbers(element, words[0], 3))
+        second = links[1][2] @ _placed(_numbers(element, words[1], 3)) if words[1] else first  # the same with all joints at zero
+        ends = [(*link[:2], point) for link, point in zip(links, (first, second), strict=True)]
+        yield _between(element, JOINT_TYPES["spherical"], X, ends)
     for element in model.named("drake:linear_bushing_rpy"):
         ends = [_known(element, _word(element, f"drake:bushing_frame{side}"), frames) for side in "AC"]
         words = [_word(element, f"drake:bushing_{what}_stiffness") for what in ("force", "torque")]
@@ -139,7 +141,7 @@ def read_drake(model: XmlElement, frames: Frames) -> Iterator[ForeignJoint]:
         if not fitting:
             raise element.error(f"{element.label} has no stiffness in directions that are together the freedoms of no joint type")
         kind, axis = fitting[-1]  # without limits, if there are types with and without
-        yield replace(_between(element, kind.name, axis if kind.has_axis else None, ends, frames), stiffness=stiffness)
+        yield _between(element, kind, axis, ends, stiffness=stiffness)
 
 
 def _free(kind: JointType, axis: Vector) -> list[bool]:
@@ -147,10 +149,11 @@ def _free(kind: JointType, axis: Vector) -> list[bool]:
     return [bool(direction.any()) for directions in kind.axes(np.array(axis)) for direction in directions]
 
 
-def _between(element: XmlElement, kind: str, axis: Vector | None, ends: Ends, frames: Frames) -> ForeignJoint:
-    """Return the joint between two frames, given by their link and their pose relative to the model."""
-    with_links = ((link, frames[link][1], at) for link, at in ends)
-    return between(element.attributes.get("name", ""), kind, with_links, axis, element.place)
+def _between(
+    element: XmlElement, kind: JointType, axis: Vector, ends: Iterable[tuple[str, Array, Array]], **more: Keyword
+) -> ForeignJoint:
+    name = element.attributes.get("name", "")
+    return between(name, kind.name, ends, axis if kind.has_axis else None, element.place, **more)
 
 
 def _limits(axis: XmlElement) -> dict[str, float]:
