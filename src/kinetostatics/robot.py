@@ -92,17 +92,8 @@ class Robot(Reported, RobotKinematics):
         model: Pinocchio's model of the spanning tree.
     """
 
-    RECORDED: ClassVar = (
-        "beams",
-        "elastic_links",
-        "weights",
-        "solver",
-        "statics",
-        "members",
-        "joint_coordinates",
-        "size",
-        "length",
-    )
+    #: Cached properties that compiled code depends on.
+    RECORDED: ClassVar = tuple("beams elastic_links weights solver statics members joint_coordinates size length".split())
 
     def __init__(self, description: RobotDescription) -> None:
         mechanism = Mechanism(description)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 
 from kinetostatics.compensation import MOST
 from kinetostatics.functions.c_names import c_comment, markdown
@@ -339,3 +341,9 @@ def _operations(parts: Programs) -> str:
         numbers.append(program.operations - sum(numbers))
         rows.append(f"| {what} | {often.get(what, '1')} | {' | '.join(f'{number:,}' for number in numbers)} |")
     return "\n".join(rows)
+
+
+def filled(templates: Iterable[Path], words: Mapping[str, str]) -> str:
+    """Return the joined templates, with the words in capitals replaced."""
+    text = "".join(template.read_text("utf-8") for template in templates)
+    return re.sub("|".join(words), lambda word: words[word[0]], text)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import re
 import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -24,7 +23,7 @@ from kinetostatics.functions.c_export import recorded
 from kinetostatics.functions.c_names import identifier
 from kinetostatics.functions.c_programs import Exported, Programs
 from kinetostatics.functions.c_source import source
-from kinetostatics.functions.c_texts import header
+from kinetostatics.functions.c_texts import filled, header
 from kinetostatics.functions.inputs_outputs import Values
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.screws import WRENCH_COMPONENTS, WRENCH_UNITS
@@ -46,7 +45,7 @@ _WORDS = {
     ),
 }
 #: Folder of the C source and CMake file that are completed for a robot.
-_HERE = Path(__file__).parent
+_TEMPLATES = Path(__file__).parent
 
 
 @dataclass(frozen=True)
@@ -78,9 +77,8 @@ def export_fmu(
     starts = ", ".join(literal(float(variable.start or 0.0)) for variable in inputs)
     words = {"ROBOT": prefix, "INPUTS": str(len(inputs)), "OUTPUTS": str(len(outputs)), "TOKEN": token, "VALUES_AT_START": starts}
     words |= zip(("MAJOR", "BOOLEAN", "STATE", "DESERIALIZE", "DARWIN", "WINDOWS", "LINUX"), _WORDS[fmi], strict=True)
-    for made, templates in (("fmi.c", ("fmu.c", f"fmi{fmi}.c")), ("CMakeLists.txt", ("fmi.cmake",))):
-        text = "".join((_HERE / template).read_text("utf-8") for template in templates)
-        texts[made] = re.sub("|".join(words), lambda word: words[word[0]], text)
+    texts["fmi.c"] = filled((_TEMPLATES / "fmu.c", _TEMPLATES / f"fmi{fmi}.c"), words)
+    texts["CMakeLists.txt"] = filled([_TEMPLATES / "fmi.cmake"], words)
     sources = sorted(text_name for text_name in texts if text_name.endswith(".c"))
     description = _model_description(function, prefix, token, inputs, outputs)
     if fmi == 2:
@@ -133,17 +131,17 @@ def _model_description(
         generationTool="kinetostatics",
         description="sag and actuator forces of a robot from coordinates, load and gravity",
     )
-    able = ("canGetAndSetFMUState", "canSerializeFMUState", "canHandleVariableCommunicationStepSize")
-    ET.SubElement(root, "CoSimulation", {"modelIdentifier": prefix, **dict.fromkeys(able, "true")})
+    capabilities = ("canGetAndSetFMUState", "canSerializeFMUState", "canHandleVariableCommunicationStepSize")
+    ET.SubElement(root, "CoSimulation", {"modelIdentifier": prefix, **dict.fromkeys(capabilities, "true")})
     units = ET.SubElement(root, "UnitDefinitions")
     for unit in dict.fromkeys(variable.unit for variable in (*inputs, *outputs)):
         ET.SubElement(units, "Unit", name=unit)
     variables, structure = ET.SubElement(root, "ModelVariables"), ET.Element("ModelStructure")
     ET.SubElement(variables, "Float64", name="time", valueReference="0", causality="independent", variability="continuous")
     for reference, variable in enumerate((*inputs, *outputs), 1):
-        known = {} if variable.start is None else {"start": repr(variable.start)}
+        start = {} if variable.start is None else {"start": repr(variable.start)}
         causality = "input" if reference <= len(inputs) else "output"
-        about = {"unit": variable.unit, "description": variable.description, "causality": causality, **known}
+        about = {"unit": variable.unit, "description": variable.description, "causality": causality, **start}
         ET.SubElement(variables, "Float64", {"name": variable.name, "valueReference": str(reference), **about})
         if causality == "output":
             ET.SubElement(structure, "Output", valueReference=str(reference))

@@ -22,7 +22,7 @@ from kinetostatics.functions.c_export import recorded, write_files
 from kinetostatics.functions.c_names import identifier
 from kinetostatics.functions.c_programs import Exported, Programs, array_program
 from kinetostatics.functions.c_source import source, valid
-from kinetostatics.functions.c_texts import header
+from kinetostatics.functions.c_texts import filled, header
 from kinetostatics.functions.inputs_outputs import Values
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
@@ -68,11 +68,10 @@ def export_ros2(
     }
     texts = {f"{prefix}.urdf": _urdf(robot, closing)}
     for template in sorted(_TEMPLATES.iterdir()):
-        text = re.sub("|".join(words), lambda word: words[word[0]], template.read_text("utf-8"))
-        texts[f"src/{template.name}" if template.suffix == ".cpp" else template.name] = text
+        texts[f"src/{template.name}" if template.suffix == ".cpp" else template.name] = filled([template], words)
     for part_name, part in ((prefix, parts), (loops_name, closing)):
-        for ending, made in ((".h", header), (".c", source)):
-            texts[f"src/{part_name}{ending}"] = made(part_name, "double", part)
+        texts[f"src/{part_name}.h"] = header(part_name, "double", part)
+        texts[f"src/{part_name}.c"] = source(part_name, "double", part)
 
     def positions(x: Array) -> list[Array]:
         q = robot.equations.to_model(x)
@@ -82,11 +81,11 @@ def export_ros2(
     texts[f"src/{loops_name}.c"] += f"""
 {program.text}
 /* Positions of the passive joints [m, rad]. */
-void {loops_name}_positions(const {loops_name}_state *state, double *found)
+void {loops_name}_positions(const {loops_name}_state *state, double *values)
 {{
     double work[{max(program.work, 1)}], out[{len(passive) + 1}];
     positions(state->x, work, out);
-    memcpy(found, out, {len(passive)} * sizeof *found);
+    memcpy(values, out, {len(passive)} * sizeof *values);
 }}
 """
     write_files(folder, texts)
@@ -116,10 +115,10 @@ def _coordinate(joint: TreeJoint, number: int, q: Array) -> Array:
 
 def _urdf(robot: Robot, closing: Programs) -> str:
     """Return the URDF of the tree, with all actuators in simulated hardware."""
-    root, here = ET.fromstring(robot_text(robot.description)), os.path.dirname(robot.description.path or "")
+    root, folder = ET.fromstring(robot_text(robot.description)), os.path.dirname(robot.description.path or "")
     for mesh in root.iter("mesh"):
         if "://" not in mesh.attrib["filename"]:
-            mesh.set("filename", Path(here, mesh.attrib["filename"]).absolute().as_uri())
+            mesh.set("filename", Path(folder, mesh.attrib["filename"]).absolute().as_uri())
     for element in [*root]:
         is_free = element.tag == "joint" and JOINT_TYPES[element.attrib["type"]].is_free
         if is_free or element.tag not in ("link", "joint", "material"):

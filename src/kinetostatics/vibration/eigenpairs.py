@@ -198,16 +198,16 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
 
 
 def static_displacements(model: VibrationModel, forces: Array) -> Array:
-    """Return the displacements (N, n, k) of all coordinates under k constant forces (N, n, k); motions without stiffness rest."""
-    found, K, whole = np.zeros(forces.shape), model.static_pencil[0], _without_cancellation(model)
+    """Return displacements (N, n, k) of all coordinates under k constant forces (N, n, k), none along free motions."""
+    displacements, K, whole = np.zeros(forces.shape), model.static_pencil[0], _without_cancellation(model)
     for poses, basis in model.closed_motions():
         space = _Space(poses, basis, 0)
         scaled, size = _scaled(space.restricted(K[poses]), space.restricted(whole[poses]))
         values, axes = np.linalg.eigh(scaled)
         motions = axes / size[..., None] if basis is None else basis @ (axes / size[..., None])
         compliances = np.where(values > _NONE, 1 / np.where(values > _NONE, values, 1.0), 0.0)
-        found[poses] = motions @ (compliances[..., None] * (np.swapaxes(motions, 1, 2) @ forces[poses]))
-    return found
+        displacements[poses] = motions @ (compliances[..., None] * (np.swapaxes(motions, 1, 2) @ forces[poses]))
+    return displacements
 
 
 def _without_cancellation(model: VibrationModel) -> Array:

@@ -242,14 +242,14 @@ class VibrationModel:
 
     def _carried(self, factor: Numbers, rods: Mapping[str, Numbers]) -> Numbers:
         """Return Σ Tᵀ f M R + Σ Tᵀ A R (N, m, n, 6) for factors f (N, m) and one matrix A per beam, of a piece."""
-        found = np.zeros((*factor.shape, self.coordinates, 6), dtype=factor.dtype)
+        forces = np.zeros((*factor.shape, self.coordinates, 6), dtype=factor.dtype)
         for part in self.masses.values():
             own = np.swapaxes(part.motions, 1, 2) @ part.matrix @ part.carried
-            found[:, :, list(part.columns)] += factor[..., None, None] * own[:, None]
-        for name, item in self.beams.items():
-            for number, (columns, motions) in enumerate(item.moved(self.first_along[name], self.size)):
-                found[:, :, columns] += np.swapaxes(motions, 1, 2)[:, None] @ rods[name] @ item.carried_piece(number)[:, None]
-        return found
+            forces[:, :, list(part.columns)] += factor[..., None, None] * own[:, None]
+        for name, rod in self.beams.items():
+            for number, (columns, motions) in enumerate(rod.moved(self.first_along[name], self.size)):
+                forces[:, :, columns] += np.swapaxes(motions, 1, 2)[:, None] @ rods[name] @ rod.carried_piece(number)[:, None]
+        return forces
 
     def closed_motions(self) -> list[tuple[Index, Array | None]]:
         """Return groups of P poses, each with a basis (P, n, r) of the motions that keep all loops closed (None: all motions)."""

@@ -1,7 +1,7 @@
 // Controllers of ros2_control, with the C functions of ROBOT.h and ROBOT_loops.h. Written by kinetostatics.
 #include "ROBOT.h"
 #include "ROBOT_loops.h"
-extern "C" void ROBOT_loops_positions(const ROBOT_loops_state *state, double *found);  // of the joints PASSIVE
+extern "C" void ROBOT_loops_positions(const ROBOT_loops_state *state, double *values);  // of the joints PASSIVE
 
 #include <algorithm>
 #include <cmath>
@@ -27,10 +27,10 @@ const double NONE = std::nan("");
 
 InterfaceConfiguration interfaces_of(const Names &joints, const Names &kinds)
 {
-    InterfaceConfiguration found{interface_configuration_type::INDIVIDUAL, {}};
+    InterfaceConfiguration configuration{interface_configuration_type::INDIVIDUAL, {}};
     for (const auto &kind : kinds)
-        for (const auto &joint : joints) found.names.push_back(joint + "/" + kind);
-    return found;
+        for (const auto &joint : joints) configuration.names.push_back(joint + "/" + kind);
+    return configuration;
 }
 
 // Commands the actuators' positions and efforts at the referenced coordinates, under the parameters load and gravity.
