@@ -47,6 +47,10 @@ def test_robots_that_cannot_be_assembled_at_the_pose_are_left_out(five_bar):
         ({"joint_1.error.x": None}, "no parameter"),
         ({"tube_width": "20mm"}, "at least two different values"),
         ({"tube_width": "20kg:30kg"}, "tube_width is given in kg"),
+        (["tube_width"], "must be a mapping"),
+        ({3: None}, "vary has the key 3"),
+        ({("tube_width", "tube_height"): None}, "rows of a catalogue"),
+        ({"distal_length": [0.02, 0.03]}, "at no other value of distal_length"),
     ],
 )
 def test_wrong_variations_are_refused(five_bar, vary, text):
@@ -71,6 +75,10 @@ def test_only_pages_that_compute_have_sliders(five_bar, tmp_path, capsys):
         ks.save_html(five_bar, tmp_path / "page.html", vary={"tube_width": None}, compare=five_bar)
     assert main(["view", "five_bar", "--vary", "tube_width", "--screenshot", "a.png"]) == 2
     assert "--screenshot and --vary exclude one another" in capsys.readouterr().err
+    assert main(["view", "five_bar", "--vary", "tube_width", "tube_width=20mm:30mm", "--html", str(page)]) == 2
+    assert "'tube_width' is given twice" in capsys.readouterr().err
+    assert main(["view", "five_bar", "--platform", "x=2", "y=0", "--vary", "tube_width", "--html", str(page)]) == 2
+    assert "cannot reach x = 2" in capsys.readouterr().err
     assert main(["view", "five_bar", "--vary", "tube_width", "tool_mass=1kg,2kg", "--html", str(tmp_path / "page.html")]) == 0
 
 

@@ -97,7 +97,7 @@ def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) ->
         shown, warnings = (_animation_poses(robot, args), []) if args.sweep else pose_of(robot, args)
         result = analyze(shown, **loads)
     except (AssemblyError, CoordinatesError, StaticsError, RobotFileError) as error:
-        if args.compare or args.sweep:
+        if args.compare or args.sweep or args.vary:
             raise
         return UnloadedPose(shown, str(error)), [str(error)]
     if args.sweep and (result.status == Status.SINGULAR).all():
@@ -107,8 +107,8 @@ def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) ->
 
 def _varied(items: list[str]) -> dict[str, str | None] | None:
     """Return the varied parameters with their values, None for values that are not given; None without parameters."""
-    names = [text for text in items if "=" not in text]
-    return {**dict.fromkeys(names), **parse_items("--vary", [text for text in items if "=" in text])} or None
+    values = parse_items("--vary", [text if "=" in text else f"{text}=:" for text in items])
+    return {name: None if text == ":" else text for name, text in values.items()} or None
 
 
 def _modes(robot: Robot, args: argparse.Namespace) -> tuple[Modes, list[str]]:

@@ -66,7 +66,10 @@ def vary_result(result: Result, vary: Mapping[str, object]) -> Variations:
         ArgumentError: a name or value is invalid.
     """
     robots = ParametricRobot(result.robot)
-    ranges, choices = read_variables({name: _around(robots, name) if values is None else values for name, values in vary.items()})
+    if isinstance(vary, Mapping):
+        unset = [name for name, values in vary.items() if values is None and isinstance(name, str) and "+" not in name]
+        vary = {**vary, **{name: _around(robots, name) for name in unset}}
+    ranges, choices = read_variables(vary)
     if len(vary) > max(COUNTS):
         raise ArgumentError(f"vary names {len(vary)} parameters; a page has sliders for {max(COUNTS)} at most")
     rows: dict[tuple[str, ...], list[tuple[float, ...]]] = {choice.names: list(choice.rows) for choice in choices}
