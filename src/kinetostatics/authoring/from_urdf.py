@@ -19,7 +19,7 @@ from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.description.validation import tree_root
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
 from kinetostatics.files.bundled import read_robot
-from kinetostatics.files.foreign_robot import completed
+from kinetostatics.files.foreign_robot import completed, joints_of
 from kinetostatics.files.reader import describe, parse_robot_text
 from kinetostatics.files.urdf import drivable, first_base
 from kinetostatics.files.xacro import include_path, including_text, quoted, read_document, whole_text
@@ -171,8 +171,8 @@ def _actuators(
     root: XmlElement, description: RobotDescription, given: Collection[str] | None
 ) -> tuple[tuple[str, ...], list[str]]:
     """Return (joints to be actuated, joints outside the chain from base to platform to be locked); all get a transmission."""
-    there = {entry.attributes.get("name", "") for element in root.named("transmission") for entry in element.named("joint")}
-    free = [] if description.loops else [name for name in drivable(description.joints) if name not in there]
+    driven = joints_of(root, "transmission")
+    free = [] if description.loops else [name for name in drivable(description.joints) if name not in driven]
     if given is None:
         return tuple(free), []
     joints = {**description.joints, **description.loops}
@@ -180,7 +180,9 @@ def _actuators(
         if name not in joints:
             raise ArgumentError(f"actuators: no joint {name!r}: {near_names(name, joints)}")
     passed = {joint.name for joint, _ in chain_joints(description)}
-    return tuple(name for name in given if name not in there), [name for name in free if name not in passed and name not in given]
+    return tuple(name for name in given if name not in driven), [
+        name for name in free if name not in passed and name not in given
+    ]
 
 
 def _actuators_text(names: Iterable[str], comment: str) -> str:

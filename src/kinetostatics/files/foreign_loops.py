@@ -19,7 +19,7 @@ from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.description.joints import Joint, Loop, Mimic, X, Y
 from kinetostatics.exceptions import near_names
 from kinetostatics.files.element_tables import write_joint, write_link, write_loop, write_stiffness
-from kinetostatics.files.urdf import plain_transmission
+from kinetostatics.files.urdf import joints_above, plain_transmission
 from kinetostatics.files.xml import XmlElement
 from kinetostatics.math.arrays import Array
 
@@ -86,21 +86,13 @@ class SourceRobot:
         """The joint between a link and its parent, by the link's name, for all links except the root."""
         return {joint.child: joint for joint in self.joints.values()}
 
-    def above(self, link: str) -> list[Joint]:
-        """Return the joints between a link and the root link, in this order."""
-        joints: list[Joint] = []
-        while link in self.parent_joints:
-            joints.append(self.parent_joints[link])
-            link = joints[-1].parent
-        return joints
-
     @cached_property
     def zero_frames(self) -> dict[str, Array]:
         """The frames (4, 4) of all links, relative to the root link, with all joints at zero."""
         frames: dict[str, Array] = {}
         for link in self.links:
             frames[link] = np.eye(4)
-            for joint in reversed(self.above(link)):
+            for joint in reversed(joints_above(link, self.parent_joints)):
                 frames[link] = frames[link] @ joint.origin.matrix
         return frames
 

@@ -200,7 +200,7 @@ def _actuated(
     missing: Missing,
 ) -> tuple[str, ...]:
     """Return the actuated joints without a ``<transmission>``: the ``given`` ones, those of the YAML file, or those declared."""
-    transmissions = _joints_of(source.root, "transmission")
+    transmissions = joints_of(source.root, "transmission")
     if unknown := next((name for name in given or () if name not in movable), None):
         raise ArgumentError(f"actuators: there is no joint {unknown!r} with one freedom; {near_names(unknown, movable)}")
     chosen = next((names for names in (given, named) if names is not None), _declared(source.root))
@@ -213,11 +213,12 @@ def _actuated(
     return tuple(name for name in chosen if name not in transmissions)
 
 
-def _joints_of(root: XmlElement, tag: str, child: str | None = None) -> tuple[str, ...]:
+def joints_of(root: XmlElement, tag: str, child: str | None = None) -> tuple[str, ...]:
+    """Return the joints named in elements ``<tag>``, with a certain child element if one is given."""
     entries = (entry for element in root.named(tag) for entry in element.named("joint"))
     return tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries if child is None or entry.named(child)))
 
 
 def _declared(root: XmlElement) -> tuple[str, ...]:
     """Return the joints of ``<transmission>``, or else those with a ``<command_interface>`` in ``<ros2_control>``."""
-    return _joints_of(root, "transmission") or _joints_of(root, "ros2_control", "command_interface")
+    return joints_of(root, "transmission") or joints_of(root, "ros2_control", "command_interface")

@@ -24,6 +24,7 @@ from kinetostatics.files import sdf
 from kinetostatics.files.attributes import ElementTable, Row, reference, row
 from kinetostatics.files.element_tables import LIMITS_OF_LOOP, limits, unlimited
 from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, Z
+from kinetostatics.files.urdf import joints_above
 from kinetostatics.files.xml import XmlElement
 
 
@@ -94,7 +95,8 @@ def couplings(source: SourceRobot) -> dict[str, XmlElement]:
     for element in source.root.named("coupling"):
         values = COUPLING.read(element)
         links = [reference(element.required_child(side), "link", source.links, "link") for side in ("predecessor", "successor")]
-        moving = [[joint.name for joint in source.above(link) if not JOINT_TYPES[joint.type].is_fixed] for link in links]
+        paths = [joints_above(link, source.parent_joints) for link in links]
+        moving = [[joint.name for joint in path if not JOINT_TYPES[joint.type].is_fixed] for path in paths]
         coupled = [[name for name in names if name not in {*moving[0]} & {*moving[1]}] for names in moving]
         if [len(names) for names in coupled] != [1, 1] or not values["value"]:
             joints = ", ".join(name for names in coupled for name in names) or "no joint"

@@ -192,6 +192,15 @@ def known_link(argument: str, name: str, links: Collection[str], path: str) -> s
     return name
 
 
+def joints_above(link: str, parent_joints: Mapping[str, Joint]) -> list[Joint]:
+    """Return the joints between a link and the root link, in this order, from the joint between each link and its parent."""
+    joints: list[Joint] = []
+    while link in parent_joints:
+        joints.append(parent_joints[link])
+        link = joints[-1].parent
+    return joints
+
+
 def likely_platforms(links: Collection[str], joints: Mapping[str, Joint]) -> list[str]:
     """Return the links of a tree that may be its platform, the most probable first: moving end links, and hands.
 
@@ -202,10 +211,7 @@ def likely_platforms(links: Collection[str], joints: Mapping[str, Joint]) -> lis
     above = {joint.child: joint for joint in joints.values()}
 
     def upwards(link: str) -> list[str]:
-        path = [link]
-        while path[-1] in above:
-            path.append(above[path[-1]].parent)
-        return path
+        return [link, *(joint.parent for joint in joints_above(link, above))]
 
     moved = {link for link, joint in above.items() if not JOINT_TYPES[joint.type].is_fixed}
     depth = {link: sum(other in moved for other in upwards(link)) for link in links}
@@ -253,14 +259,9 @@ def connected_links(joints: Mapping[str, Joint], loops: Iterable[Joins]) -> list
     ends += [(loop.predecessor, loop.successor) for loop in loops]
     counts = Counter(link for pair in ends for link in pair)
     above = {joint.child: joint for joint in joints.values()}
-    depth, moved = Counter[str](), set[str]()
-    for link in above:
-        end = link
-        while end in above:
-            depth[link] += 1
-            moved |= set() if JOINT_TYPES[above[end].type].is_fixed else {link}
-            end = above[end].parent
-    return sorted((link for link in counts if link in (moved or above)), key=lambda link: (-counts[link], -depth[link]))
+    paths = {link: joints_above(link, above) for link in above}
+    moved = [link for link, path in paths.items() if any(not JOINT_TYPES[joint.type].is_fixed for joint in path)]
+    return sorted((link for link in counts if link in (moved or above)), key=lambda link: (-counts[link], -len(paths[link])))
 
 
 def first_base(tree: str, joints: Mapping[str, Joint]) -> str:
