@@ -83,9 +83,11 @@ def test_sensitivities_rank_the_rod_diameter_first():
     assert {"rod_1", "rod_2", "rod_3"} == set(s.sources) and "stiffen the first" in str(s)
 
 
-def test_first_frequencies_of_the_map_equal_known_values():
-    """The worst of the page's poses, and the two equal frequencies of the level platform."""
+def test_first_frequencies_of_the_map_equal_known_values(tmp_path, monkeypatch):
+    """The worst of the page's poses, and the two equal frequencies of the level platform; no file is written."""
+    monkeypatch.chdir(tmp_path)
     names = how_to_figures.page_names("natural_frequencies", **{"20, 41)": "20, 9)"})
+    assert not [*tmp_path.iterdir()]
     ds = names["ds"]
     assert how_to_figures.ks.indices.worst(ds, "first_frequency").value == pytest.approx(78.1376, abs=1e-4)
     level = ds["frequency"][4, 4]

@@ -19,6 +19,7 @@ from kinetostatics.description.elements import Inertia, Link, Origin
 from kinetostatics.description.fields import Place, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.description.joints import X, Y
+from kinetostatics.description.validation import check_reference
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.attributes import number_of
 from kinetostatics.files.element_tables import MOMENTS
@@ -83,8 +84,7 @@ def _base_of(element: XmlElement, default: str) -> str:
 
 def _known(element: XmlElement, name: str, frames: Frames) -> tuple[str, Array, Array]:
     """Return the link of a frame, the pose of this link, and the pose of the frame."""
-    if name not in frames:
-        raise element.error(f"{element.label} refers to the frame {name!r}, which does not exist; {near_names(name, frames)}")
+    check_reference(element, element.label, "frame", name, frames)
     link, pose = frames[name]
     return link, frames[link][1], pose
 
@@ -196,13 +196,12 @@ def _resolve(name: str, holders: Mapping[str, XmlElement], frames: Frames, below
     if name in frames:
         return
     element = holders[name]
-    attached = element.attributes.get("attached_to", "") if element.tag == "frame" else ""
-    attached = _word(element, "child") if element.tag == "joint" else attached
+    attached = _word(element, "child") if element.tag == "joint" else element.attributes.get("attached_to", "")
     base = _base_of(element, attached or "__model__")
     for needed in filter(None, (attached, base)):
-        if needed in below or needed not in {*holders, *frames}:
-            why = "depends on it" if needed in below else "does not exist"
-            raise element.error(f"{element.label} refers to the frame {needed!r}, which {why}")
+        check_reference(element, element.label, "frame", needed, dict.fromkeys([*holders, *frames]))
+        if needed in below:
+            raise element.error(f"{element.label} refers to the frame {needed!r}, which depends on it")
         _resolve(needed, holders, frames, (*below, name))
     frames[name] = (name if element.tag == "link" else frames[attached or base][0], frames[base][1] @ _pose(element))
 
