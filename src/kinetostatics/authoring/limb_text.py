@@ -178,7 +178,7 @@ def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk:
         return
     child = {"telescope": "cylinder", "parallelogram": "head"}.get(span.kind, role) + "_${i}"
     inner = "turning_${i}" if span.turns else child
-    _tree_joint(skeleton, point, inner, pitch, roll, walk)
+    _tree_joint(point, inner, pitch, roll, walk)
     if span.turns:
         walk.write(
             "<!-- the rotation of the cylindrical joint, about the line of the telescope -->",
@@ -196,7 +196,7 @@ def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk:
         _rod(skeleton, options, number, walk)
 
 
-def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, roll: str, walk: _Walk) -> None:
+def _tree_joint(point: LimbPoint, child: str, pitch: str, roll: str, walk: _Walk) -> None:
     """Write the joint at a point, with the link ``child`` at its outer side; the child has the angles ``pitch`` and ``roll``."""
     at = f'parent="{walk.link}" child="{child}"' + ("" if walk.end == "0 0 0" else f' xyz="{walk.end}"')
     turn, tilt = _turn(pitch, walk.pitch), _turn(roll)
