@@ -196,6 +196,39 @@ def test_varied_robots_are_those_of_the_file(name):
     assert compared > 4
 
 
+TAPERED_ARM = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="diameter" default="0.03"/><xacro:arg name="length" default="0.3"/>
+  <link name="ground"/><link name="arm"/>
+  <joint name="turn" type="continuous"><parent link="ground"/><child link="arm"/><axis xyz="0 1 0"/></joint>
+  <joint name="clamp" type="fixed"><parent link="arm"/><child link="tool"/><origin xyz="$(arg length) 0 0"/></joint>
+  <link name="tool"><inertial><mass value="2"/></inertial></link>
+  <beam link="arm" from="turn" to="clamp" youngs_modulus="70e9" poisson_ratio="0.3" density="2700">
+    <station at="0"><circle diameter="$(arg diameter)"/></station><station at="1"><circle diameter="0.02"/></station>
+  </beam>
+  <platform link="tool"/>
+  <transmission name="motor"><joint name="turn"/></transmission>
+</robot>"""
+
+
+def test_dimensions_of_tapered_beams_vary(tmp_path):
+    (tmp_path / "arm.urdf.xacro").write_text(TAPERED_ARM)
+    load, payload = [10, 5, -20, 1, 2, 3], ks.Payload(1.5, (0.05, 0.02, -0.03))
+
+    def result_of(**values):
+        robot = ks.load_robot(tmp_path / "arm.urdf.xacro", values)
+        return ks.analyze(robot.assemble(actuators={"turn": 0.2}), load, payload=payload)
+
+    script = "return { reached: machine.vary(given), answer: machine.analyze(), scene: sceneOf(machine, 0.3) }"
+    for name, values in {"diameter": [0.027, 0.03, 0.032], "length": [0.2, 0.3, 0.35]}.items():
+        calls = [(script, place) for place in range(3)]
+        for value, found in zip(values, answers(result_of(), calls, vary={name: values}), strict=True):
+            result = result_of(**{name: value})
+            assert found["reached"]
+            assert relative(found["answer"]["twist"], result.twist) < 1e-12
+            assert relative(found["answer"]["stiffness"], result.stiffness) < 1e-12
+            compare_scenes(found["scene"], result)
+
+
 def test_loads_on_links_stay_where_they_are_given():
     """One in world axes at a point of the platform, one in the axes of a rod, at its end; also with two mechanisms of gravity."""
     robot = package_robots.robot("3rps")

@@ -50,7 +50,7 @@ def test_robots_that_cannot_be_assembled_at_the_pose_are_left_out(five_bar):
         (["tube_width"], "must be a mapping"),
         ({3: None}, "vary has the key 3"),
         ({("tube_width", "tube_height"): None}, "rows of a catalogue"),
-        ({"distal_length": [0.02, 0.03]}, "at no other value of distal_length"),
+        ({"distal_length": [0.02, 0.03]}, "with all other values of distal_length"),
     ],
 )
 def test_wrong_variations_are_refused(five_bar, vary, text):

@@ -22,6 +22,7 @@ from kinetostatics.description.elements import Beam
 from kinetostatics.elements.beam_formulas import of_arm
 from kinetostatics.elements.rods import Numbers, VibratingMatrices
 from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.linalg import Cholesky
 from kinetostatics.math.rotations import skew
 from kinetostatics.sections.kinds import beam_compliance_coefficients
 from kinetostatics.sections.tapered import Station, Tapered
@@ -83,7 +84,7 @@ class Profile:
         """Return the integrals (Q, …) of values (Q, …) from the start, and (…) to the end."""
         parts, sizes = values.reshape(len(self.edges) - 1, _COUNT, -1), np.diff(self.edges)[:, None] * self.length / 2
         whole = sizes * np.einsum("q,pqk->pk", _WEIGHTS, parts)
-        inside = (np.cumsum(whole, axis=0) - whole)[:, None] + sizes[:, None] * (_INTEGRALS @ parts)
+        inside = (np.tri(len(whole), k=-1) @ whole)[:, None] + sizes[:, None] * (_INTEGRALS @ parts)
         return inside.reshape(values.shape), whole.sum(axis=0).reshape(values.shape[1:])
 
     def _motions(self, strains: Array) -> tuple[Array, Array]:
@@ -121,7 +122,7 @@ class Profile:
     @property
     def clamped_resultants(self) -> tuple[Array, Array]:
         """Resultant (6, 12) of a load along the beam about the start, and its part at the end if both ends are clamped."""
-        return self._static[3], np.asarray(np.linalg.solve(self.flexibility, self.sag))
+        return self._static[3], Cholesky(self.flexibility).solve(self.sag)
 
     @cached_property
     def responses(self) -> tuple[Array, Array]:
@@ -258,9 +259,7 @@ class VibratingProfile(VibratingMatrices):
 
 def _moved(x: Array) -> Array:
     """Return the matrices (Q, 6, 6) of twists moved by −x e_x, x (Q, 1, 1); transposed, of wrenches moved by x e_x."""
-    result = np.tile(np.eye(6), (len(x), 1, 1))
-    result[:, :3, 3:] = x * skew(_X)
-    return result
+    return np.eye(6) + x * np.pad(skew(_X), [(0, 3), (3, 0)])
 
 
 def profile_of(beam: Beam, section: Tapered, length: float) -> Profile:

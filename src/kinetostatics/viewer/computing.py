@@ -70,7 +70,10 @@ def _recorded(variations: Variations, coordinates: Sequence[str], by_mechanism: 
     alike = [robot for robot in robots if robot is not None and (robot is given or robot.is_like(given))]
     names = " and ".join(name for slider in variations.sliders for name in slider.names)
     if len(robots) > 1 and alike == [given]:
-        raise ArgumentError(f"vary: at no other value of {names} can the robot be assembled at this pose as the same mechanism")
+        raise ArgumentError(
+            f"vary: with all other values of {names} the robot cannot be assembled at this pose, or other formulas apply, which "
+            "a page cannot follow"
+        )
     varying = {kind: np.ptp([robot.structures[kind].values for robot in alike], axis=0) > 0 for kind in given.structures}
     size = given.size if variations.sliders else None
     programs, modules = given.programs(varying, size, by_mechanism)

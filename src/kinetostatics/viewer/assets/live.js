@@ -190,7 +190,7 @@ function varyTo(c, value) {
     const number = () => sliders.reduce((all, other) => all * other.texts.length + (other === c ? place : other.value), 0);
     while (place !== value && !machine.vary(number())) place += way;
     if (place === value && !machine.vary(number())) {
-      page.error = `${c.name.replace(/^[^:]*: /, "")} cannot be ${c.texts[value]} here: the robot cannot be assembled at this pose, or is another mechanism`;
+      page.error = `${c.name.replace(/^[^:]*: /, "")} cannot be ${c.texts[value]} here: the robot cannot be assembled at this pose, or other formulas apply`;
       break;
     }
     c.value = place;
