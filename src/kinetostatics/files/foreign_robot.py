@@ -142,9 +142,8 @@ def _complete(
         missing.append(("--platform-link", platforms[0], f"platform_link, one of {listed}"))
     given_types, given_axes = types or {}, axes or {}
     loops = [_loop(joint, given_types.get(joint.name), given_axes.get(joint.name), missing) for joint in foreign_joints]
-    untyped = {loop.name for loop in loops if loop.type and not JOINT_TYPES[loop.type].is_single}
     movable = [joint.name for joint in source.joints.values() if JOINT_TYPES[joint.type].is_single]
-    movable += [name for name in names if name not in untyped]
+    movable += [loop.name for loop in loops if loop.type is None or JOINT_TYPES[loop.type].is_single]
     actuated = _actuated(source, movable, record.actuated, actuators, missing)
     if [option for option, _, _ in missing] == ["--platform-link"]:
         raise PlatformMissingError(source.path, source.root.place.line, platforms[:OFFERED])

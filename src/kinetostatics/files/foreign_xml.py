@@ -18,7 +18,7 @@ import numpy as np
 
 from kinetostatics.description.fields import NAME, NUMBER, POINT, TEXT, VECTOR
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
-from kinetostatics.description.joints import Joint, Loop
+from kinetostatics.description.joints import Joint, Loop, Y
 from kinetostatics.exceptions import near_names
 from kinetostatics.files import sdf
 from kinetostatics.files.attributes import ElementTable, Row, reference, row
@@ -93,16 +93,15 @@ def couplings(source: SourceRobot) -> dict[str, XmlElement]:
     dependent = {joint.get("name"): joint.get("independent", "").lower() == "false" for joint in written}
     mimics: dict[str, XmlElement] = {}
     for element in source.root.named("coupling"):
-        values = COUPLING.read(element)
+        ratio = COUPLING.read(element)["value"]
         links = [reference(element.required_child(side), "link", source.links, "link") for side in ("predecessor", "successor")]
         paths = [joints_above(link, source.parent_joints) for link in links]
         moving = [[joint.name for joint in path if not JOINT_TYPES[joint.type].is_fixed] for path in paths]
         coupled = [[name for name in names if name not in {*moving[0]} & {*moving[1]}] for names in moving]
-        if [len(names) for names in coupled] != [1, 1] or not values["value"]:
+        if [len(names) for names in coupled] != [1, 1] or not ratio:
             joints = ", ".join(name for names in coupled for name in names) or "no joint"
             raise element.error(f"{element.label} couples {joints}; only the ratio of two joints can be read, as a <mimic>")
         (leader,), (follower,) = coupled
-        ratio = values["value"]
         if dependent[leader] and not dependent[follower]:
             leader, follower, ratio = follower, leader, 1 / ratio
         mimics[follower] = XmlElement("mimic", {"joint": leader, "multiplier": repr(ratio)}, (), element.place)
@@ -124,7 +123,7 @@ def _two_ends(source: SourceRobot, element: XmlElement) -> ForeignJoint:
     values["limits"] = {name: values.pop(name) for name in ("lower", "upper", "effort", "velocity")}
     axis, other = values["axis"], values.pop("axis2")
     if JOINT_TYPES[kind].turns is Axes.BOTH:
-        values["axis2"] = other or (0.0, 1.0, 0.0)
+        values["axis2"] = other or Y
     elif None not in (axis, other) and np.abs(np.subtract(axis, other)).max() > 1e-9:
         reason = f"is {kind}, and its axis differs in its two frames; turn <child_origin rpy> so that both are equal"
         raise element.error(f"{element.label} {reason}")
