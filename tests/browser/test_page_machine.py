@@ -248,6 +248,7 @@ def test_loads_on_links_stay_where_they_are_given():
           return [machine.solved().values("twist"), sceneOf(machine, 1)];"""
         ((twist, scene),) = answers(given, [(script, None)], by_mechanism=by_mechanism)
         result = ks.analyze(pose, loads=loads)
+        assert [tuple(line) for line in scene["facts"][0][:-1]] == describe_scene(result).facts.lines(0)[:-1]
         assert relative(twist, result.twist) < 1e-12
         shown = result.by_mechanism if by_mechanism else result
         K, s = len(scene["contributions"]), scene["readout"]

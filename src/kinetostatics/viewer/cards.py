@@ -113,7 +113,7 @@ def find_facts(poses: ShownPoses, all_twists: Array, size: float) -> FrameFacts:
     shift = float(np.linalg.norm(all_twists.sum(axis=2)[..., :3], axis=-1).max(initial=0.0))
     twists = poses.platform_twist[..., 3:]
     return FrameFacts(
-        pose, poses.take(result.gravity), poses.take(result.load), _on_links(poses, size), _payload(poses),
+        pose, poses.take(result.gravity), poses.take(result.load), wrenches_on_links(poses, size), _payload(poses),
         ["; ".join(words[: max(1, len(words) - 1)]) for words in status],
         NumberFormat.of(shift, LENGTHS, digits=4),
         NumberFormat.of([largest([twists]), largest([twists.sum(axis=1)])], ANGLES, digits=4),
@@ -141,7 +141,8 @@ def _coordinates(configuration: Configuration, taken: Callable[[Array], Array]) 
     return coordinates
 
 
-def _on_links(poses: ShownPoses, size: float) -> dict[str, Array]:
+def wrenches_on_links(poses: ShownPoses, size: float) -> dict[str, Array]:
+    """Return :attr:`FrameFacts.on_links`; ``size`` is the size of the drawn robot [m]."""
     wrenches: dict[str, Array] = {}
     for name, _, point, wrench in loads_on_links(poses, ("load",)):
         if name != PAYLOAD:  # the loaded end of a beam may change along the path

@@ -37,7 +37,7 @@ from kinetostatics.robot import Robot
 from kinetostatics.statics.link_loads import parse_link_loads
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.solution import by_mechanism as split
-from kinetostatics.viewer.cards import LARGEST_STRESS, Card
+from kinetostatics.viewer.cards import LARGEST_STRESS, Card, wrenches_on_links
 from kinetostatics.viewer.description import Mesh
 from kinetostatics.viewer.drawn_poses import ShownPoses, labels_of
 from kinetostatics.viewer.packing import Packing, packed
@@ -310,6 +310,7 @@ def _statics(
             for name in robot.beams:
                 scene.cards[f"beams/{name}"] = _without_stress(scene.cards[f"beams/{name}"])
             template: dict[str, Json] = {**scene.moving(outputs), **scene.details(outputs)}
+            template["on_links"] = {name: outputs.path(wrench) for name, wrench in wrenches_on_links(drawn, scene.size).items()}
     for name in page_robot.sections:  # the page computes their stresses
         card = template["cards"][f"beams/{name}"]
         card |= {"section": name, "stress_row": [row["words"] for row in card["rows"]].index(LARGEST_STRESS)}

@@ -277,7 +277,7 @@ function sceneOf(machine, size) {
     rotation: formatOf([...turns, ...sums[scene.readout].slice(3)], scene.units.rotation),
   };
   scene.notes = machine.warnings(solution);
-  scene.facts = [factsOf(machine, closed, status)];
+  scene.facts = [factsOf(machine, closed, status, scene.on_links)];
   return scene;
 }
 
@@ -318,16 +318,16 @@ function scaleArrows(arrows, size) {
 
 const FIVE = (x) => (Math.abs(x) < 5e-6 ? "0" : String(Number(x.toPrecision(5))).replace("-", "\u2212"));
 const vectorText = (values) => `(${values.map(FIVE).join(", ")})`;
+const wrenchText = (values) => `${vectorText(values.slice(0, 3))} N${values.slice(3).some((x) => x !== 0) ? `, ${vectorText(values.slice(3))} N\u00b7m` : ""}`;
 
-/** Lines of the heading: pose, gravity, load, payload, status. */
-function factsOf({ data, robot, loads: { load, gravity, payload } }, { platform }, status) {
+/** Lines of the heading: pose, gravity, load, loads on links, payload, status. */
+function factsOf({ data, robot, loads: { load, gravity, payload } }, { platform }, status, onLinks) {
   const pose = Object.entries(platform).map(([name, value]) => {
     const [factor, unit, noise] = "xyz".includes(name) ? [1e-3, " mm", 1e-9 * robot.length] : [Math.PI / 180, "\u00b0", 1e-9];
     const shown = Math.abs(value) <= noise ? 0 : Math.round(100 * value / factor) / 100 + 0;
     return `${name} ${String(shown).replace("-", "\u2212")}${unit}`;
   });
-  const moment = load.slice(3).some((x) => x !== 0) ? `, ${vectorText(load.slice(3))} N\u00b7m` : "";
-  const lines = [["pose", pose.join(", ")], ["gravity", `${vectorText(gravity)} m/s\u00b2`], ["load at o", `${vectorText(load.slice(0, 3))} N${moment}`]];
+  const lines = [["pose", pose.join(", ")], ["gravity", `${vectorText(gravity)} m/s\u00b2`], ["load at o", wrenchText(load)], ...Object.entries(onLinks).map(([name, wrench]) => [name, wrenchText(Array.from(wrench))])];
   if (payload[0]) lines.push(["payload", `${FIVE(payload[0])} kg at ${vectorText(payload.slice(1).map((x) => 1e3 * x))} mm in the frame of ${data.carrier || "o"}`]);
   return [...lines, ["status", status.replace("_", " ")]];
 }
