@@ -18,7 +18,7 @@ from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING
 from kinetostatics.results.result import Result
 from kinetostatics.statics.inertia import INERTIA
 from kinetostatics.viewer.packing import packed_code
-from kinetostatics.viewer.programs import PageRobot
+from kinetostatics.viewer.page_programs import PageRobot
 from kinetostatics.viewer.variations import Variations, vary_result
 
 #: Least measure of well-conditioned coordinates, as a part of the largest one.
