@@ -17,6 +17,8 @@ import kinetostatics as ks
 from kinetostatics.viewer.computing import determining_coordinates
 
 QUICK = ("3rps",)
+#: Numbers of drags, if not 200; poses of ANYmal take long in Python.
+COUNTS = {"3rps": 30, "anymal_standing": 50}
 ROBOTS = [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in package_robots.NAMES]
 #: Moves a random slider of platform, actuators, load, gravity or payload by a part of its track, n times, without drawing.
 DRAG = """([count, seed, part]) => { let state = seed; window.answers = [];
@@ -56,7 +58,7 @@ def test_random_drags_show_what_python_computes(name, visit, tmp_path):
     start = start_of(name)
     ks.save_html(ks.analyze(start), tmp_path / "page.html")
     page, robot, compared = visit((tmp_path / "page.html").as_uri()), start.robot, 0
-    for answer in dragged(page, 30 if name in QUICK else 200):
+    for answer in dragged(page, COUNTS.get(name, 200)):
         payload = ks.Payload(answer["loads"]["payload"][0], answer["loads"]["payload"][1:])
         at = {key: answer["platform"][key] for key in determining_coordinates(start)}
         pose = robot.assemble(platform=at, near=start, on_failure="nan")
@@ -67,11 +69,13 @@ def test_random_drags_show_what_python_computes(name, visit, tmp_path):
         if answer["twist"] is None:
             continue
         compared += 1
-        assert relative(answer["twist"], result.twist) < 1e-9
-        assert relative(answer["stiffness"], result.stiffness) < 1e-9
-        assert relative(list(answer["actuator_forces"].values()), list(result.actuator_forces.values())) < 1e-9
+        # next to a singular pose, where the platform would move by metres, the rounding of the pose matters
+        close = 1e-9 if np.linalg.norm(result.twist[:3]) < robot.length else 1e-6
+        assert relative(answer["twist"], result.twist) < close
+        assert relative(answer["stiffness"], result.stiffness) < close
+        assert relative(list(answer["actuator_forces"].values()), list(result.actuator_forces.values())) < close
         assert relative(answer["shown"], result.twist) < 1e-6
-    assert compared > (20 if name in QUICK else 100)
+    assert compared > COUNTS.get(name, 200) / 2
 
 
 def heap(page):

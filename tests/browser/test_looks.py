@@ -110,6 +110,7 @@ def test_meshes_have_the_colours_of_their_files_unless_the_robot_file_gives_one(
     assert len(shoulder) > 2 and np.abs(shoulder - blue).max(axis=1).min() < 0.02
 
 
+@pytest.mark.slow
 def test_feet_of_anymal_are_read_though_their_file_refers_to_a_missing_texture():
     with warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)

@@ -167,7 +167,9 @@ VARIED = """const { sliders } = machine.data, counts = sliders.map(({ texts }) =
   return { reached, end, answer: machine.analyze(given), scene: sceneOf(machine, given.size) };"""
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize(
+    "name", ["3rps", *(pytest.param(n, marks=pytest.mark.slow) for n in package_robots.NAMES if n != "3rps")]
+)
 def test_varied_robots_are_those_of_the_file(name):
     """All numbers and the scene, with other values of two arguments of the file, against the robot that is loaded with them."""
     robot, start = start_of(name)
@@ -211,7 +213,11 @@ TAPERED_ARM = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
 </robot>"""
 
 
-def test_dimensions_of_tapered_beams_vary(tmp_path):
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [("diameter", [0.027, 0.03, 0.032]), pytest.param("length", [0.2, 0.3, 0.35], marks=pytest.mark.slow)],
+)
+def test_dimensions_of_tapered_beams_vary(name, values, tmp_path):
     (tmp_path / "arm.urdf.xacro").write_text(TAPERED_ARM)
     load, payload = [10, 5, -20, 1, 2, 3], ks.Payload(1.5, (0.05, 0.02, -0.03))
 
@@ -220,14 +226,13 @@ def test_dimensions_of_tapered_beams_vary(tmp_path):
         return ks.analyze(robot.assemble(actuators={"turn": 0.2}), load, payload=payload)
 
     script = "return { reached: machine.vary(given), answer: machine.analyze(), scene: sceneOf(machine, 0.3) }"
-    for name, values in {"diameter": [0.027, 0.03, 0.032], "length": [0.2, 0.3, 0.35]}.items():
-        calls = [(script, place) for place in range(3)]
-        for value, found in zip(values, answers(result_of(), calls, vary={name: values}), strict=True):
-            result = result_of(**{name: value})
-            assert found["reached"]
-            assert relative(found["answer"]["twist"], result.twist) < 1e-12
-            assert relative(found["answer"]["stiffness"], result.stiffness) < 1e-12
-            compare_scenes(found["scene"], result)
+    calls = [(script, place) for place in range(3)]
+    for value, found in zip(values, answers(result_of(), calls, vary={name: values}), strict=True):
+        result = result_of(**{name: value})
+        assert found["reached"]
+        assert relative(found["answer"]["twist"], result.twist) < 1e-12
+        assert relative(found["answer"]["stiffness"], result.stiffness) < 1e-12
+        compare_scenes(found["scene"], result)
 
 
 def test_loads_on_links_stay_where_they_are_given():

@@ -10,6 +10,7 @@ from page_machine import relative
 
 import kinetostatics as ks
 from kinetostatics.cli.main import main
+from kinetostatics.viewer.computing import computing_page
 from kinetostatics.viewer.variations import vary_result
 
 
@@ -34,6 +35,12 @@ def test_rows_contain_the_values_of_the_robot(five_bar):
 def test_robots_that_cannot_be_assembled_at_the_pose_are_left_out(five_bar):
     short = vary_result(five_bar, {"distal_length": [0.02, 0.2]})
     assert [result is None for result in short.results] == [True, False, False]
+
+
+def test_robots_for_which_other_formulas_apply_are_left_out(five_bar):
+    """Without mass the tool has no weight, so that the program has other operations."""
+    page = computing_page(five_bar, vary={"tool_mass": [0, 2.0]})
+    assert [robot is not None for robot in page["robots"]] == [False, True, True]
 
 
 @pytest.mark.parametrize(
@@ -79,7 +86,10 @@ def test_only_pages_that_compute_have_sliders(five_bar, tmp_path, capsys):
     assert "'tube_width' is given twice" in capsys.readouterr().err
     assert main(["view", "five_bar", "--platform", "x=2", "y=0", "--vary", "tube_width", "--html", str(page)]) == 2
     assert "cannot reach x = 2" in capsys.readouterr().err
-    assert main(["view", "five_bar", "--vary", "tube_width", "tool_mass=1kg,2kg", "--html", str(tmp_path / "page.html")]) == 0
+    assert (
+        main(["view", "five_bar", "--vary", "tube_width=3cm,5cm", "tool_mass=1kg,2kg", "--html", str(tmp_path / "page.html")])
+        == 0
+    )
 
 
 def test_sliders_change_numbers_and_picture(visit, tmp_path):

@@ -144,7 +144,7 @@ def assert_frames(model, position, robot, poses, k):
         )
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["delta", "gough_stewart", "2pru_upr", "exechon", "spherical_3rrr"])
 def test_broadcaster_closes_other_robots(name, tmp_path):
     """Among them robots with spherical joints of three revolutes, with and without floating platforms."""

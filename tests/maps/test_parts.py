@@ -113,6 +113,7 @@ print(ks.sweep(robot, grid, out=sys.argv[1], part=sys.argv[2]).attrs.get("missin
 """
 
 
+@pytest.mark.slow
 def test_four_processes_at_once_of_which_one_is_killed(robot, wanted, small_blocks, tmp_path):
     path = tmp_path / "map.zarr"
 

@@ -126,6 +126,7 @@ def test_frequencies_equal_own_finite_elements(strip, cells, sure):
     np.testing.assert_allclose(found[:6], expected[:6], rtol=3e-5)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("strip", "expected"), [(True, BONDED), (False, LEFT_OUT)])
 def test_free_frame_equals_published_models(strip, expected):
     """Nearly free, the shapes in the same order; two decimals are given, and the torsion depends on the number of rigid links."""

@@ -69,17 +69,23 @@ def _recorded(variations: Variations, coordinates: Sequence[str], by_mechanism: 
     assert given is not None
     alike = [robot for robot in robots if robot is not None and (robot is given or robot.is_like(given))]
     names = " and ".join(name for slider in variations.sliders for name in slider.names)
+    varying = {kind: np.ptp([robot.structures[kind].values for robot in alike], axis=0) > 0 for kind in given.structures}
+    size = given.size if variations.sliders else None
+    programs, modules = given.programs(varying, size, by_mechanism)
+
+    def differ(some: set[PageRobot]) -> set[PageRobot]:
+        return {robot for robot in some if robot is not given and robot.programs(varying, size, by_mechanism)[1] != modules}
+
+    ends = {alike[0], alike[-1]}
+    if others := differ(ends):  # for instance with a mass of zero
+        alike = [robot for robot in alike if robot not in others]
+        if differ({alike[0], alike[-1]} - ends):
+            raise ArgumentError(f"vary: with some values of {names} other formulas apply, which a page cannot follow")
     if len(robots) > 1 and alike == [given]:
         raise ArgumentError(
             f"vary: with all other values of {names} the robot cannot be assembled at this pose, or other formulas apply, which "
             "a page cannot follow"
         )
-    varying = {kind: np.ptp([robot.structures[kind].values for robot in alike], axis=0) > 0 for kind in given.structures}
-    size = given.size if variations.sliders else None
-    programs, modules = given.programs(varying, size, by_mechanism)
-    for other in {alike[0], alike[-1]} - {given}:
-        if other.programs(varying, size, by_mechanism)[1] != modules:
-            raise ArgumentError(f"vary: with some values of {names} other formulas apply, which a page cannot follow")
     changing = [k for k, mesh in enumerate(given.meshes) if any(robot.meshes[k] != mesh for robot in alike)] if alike[1:] else []
     shapes = list(dict.fromkeys(robot.meshes[k][1] for robot in alike for k in changing))
     return {
