@@ -14,7 +14,7 @@ OF_THE_CASE = (
 )
 
 
-def in_part(test, number, parts=20):
+def in_part(test, number, parts=40):
     """Whether a test, given by its node ID, is in part number mod ``parts``; new tests move no other into another part."""
     return zlib.crc32(test.encode()) % parts == number % parts
 
