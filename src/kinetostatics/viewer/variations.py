@@ -101,9 +101,8 @@ def _around(robots: ParametricRobot, name: str) -> tuple[float, float]:
 def _slider(numbers: VariedNumbers, names: tuple[str, ...], values: Sequence[tuple[float, ...]]) -> Slider:
     own = tuple(map(numbers.file_value, names))
     rows = sorted([*(row for row in values if not np.allclose(row, own, rtol=1e-9, atol=0.0)), own])
-    units = [numbers.unit(name) for name in names]
-    ((written, factors),) = [zip(*(_UNITS.get(unit, ((unit, 1.0),))[0] for unit in units), strict=True)]
-    texts = [", ".join(in_unit(x / by, unit) for x, by, unit in zip(row, factors, written, strict=True)) for row in rows]
+    units = [_UNITS.get(unit, ((unit, 1.0),))[0] for unit in map(numbers.unit, names)]
+    texts = [", ".join(in_unit(x / size, unit) for x, (unit, size) in zip(row, units, strict=True)) for row in rows]
     return Slider(names, tuple(rows), tuple(text.replace(" ", "\u00a0") for text in texts), rows.index(own))
 
 
